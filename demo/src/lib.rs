@@ -1,0 +1,4 @@
+//! The walkthrough demo of quell: scenes, a path tracer, captures, a window.
+
+pub mod gbuffer;
+pub mod gpu;

@@ -1,0 +1,101 @@
+//! What can go wrong at creation and per frame. Every message names the thing, what was expected and what came.
+
+use thiserror::Error;
+
+/// Why a [`Denoiser`](crate::Denoiser) or its pipelines could not be created or resized.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum CreateError {
+    /// A side of the render size is zero.
+    #[error("render size is {width}x{height}; both sides must be at least 1 pixel")]
+    EmptySize {
+        /// Width asked for, in pixels.
+        width: u32,
+        /// Height asked for, in pixels.
+        height: u32,
+    },
+    /// The device's limits are below what the passes need at this size.
+    #[error("device limit `{limit}` is {available}, but quell needs {needed} at {width}x{height}")]
+    Limit {
+        /// Name of the limit, as in `wgpu::Limits`.
+        limit: &'static str,
+        /// What is needed.
+        needed: u64,
+        /// What the device was created with.
+        available: u64,
+        /// Width asked for, in pixels.
+        width: u32,
+        /// Height asked for, in pixels.
+        height: u32,
+    },
+}
+
+/// Why a frame was refused. Nothing was recorded and history is as it was.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum FrameError {
+    /// An image does not have the denoiser's render size.
+    #[error("image `{image}` is {found_width}x{found_height}, expected the render size {width}x{height}")]
+    Size {
+        /// Field of [`FrameInputs`](crate::FrameInputs).
+        image: &'static str,
+        /// Expected width in pixels.
+        width: u32,
+        /// Expected height in pixels.
+        height: u32,
+        /// Width that came.
+        found_width: u32,
+        /// Height that came.
+        found_height: u32,
+    },
+    /// An image has a format outside its row of the contract.
+    #[error("image `{image}` has format {found:?}, expected one of {expected:?}")]
+    Format {
+        /// Field of [`FrameInputs`](crate::FrameInputs).
+        image: &'static str,
+        /// Formats that work.
+        expected: &'static [wgpu::TextureFormat],
+        /// Format that came.
+        found: wgpu::TextureFormat,
+    },
+    /// An image was created without a usage that quell needs.
+    #[error("image `{image}` has usages {found:?}, {expected:?} is missing")]
+    Usage {
+        /// Field of [`FrameInputs`](crate::FrameInputs).
+        image: &'static str,
+        /// Usage that is needed.
+        expected: wgpu::TextureUsages,
+        /// Usages that came.
+        found: wgpu::TextureUsages,
+    },
+    /// An image is not a single-sampled 2D image.
+    #[error(
+        "image `{image}` is {dimension:?} with {sample_count} samples a pixel, expected a 2D image with 1"
+    )]
+    Shape {
+        /// Field of [`FrameInputs`](crate::FrameInputs).
+        image: &'static str,
+        /// Dimension that came.
+        dimension: wgpu::TextureDimension,
+        /// Samples per pixel that came.
+        sample_count: u32,
+    },
+    /// A matrix or the jitter of the camera cannot be used.
+    #[error("camera `{field}`: {reason}")]
+    Camera {
+        /// Field of [`Camera`](crate::Camera).
+        field: &'static str,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A setting lies outside its documented range.
+    #[error("setting `{setting}` is {found}, expected {expected}")]
+    Setting {
+        /// Field of [`Settings`](crate::Settings).
+        setting: &'static str,
+        /// The range that works.
+        expected: &'static str,
+        /// The value that came.
+        found: f64,
+    },
+}
