@@ -1,29 +1,265 @@
-//! The denoiser: owns passes, history and scratch. `encode` is the frame, top to bottom.
+//! The denoiser: owns passes, history and scratch. [`Denoiser::encode`] is the frame, top to bottom.
 
-use crate::{CreateError, DenoiserDescriptor, FrameError, FrameInputs, FrameOutputs, Settings};
+use crate::gpu::{FrameUniforms, Recorder, buffer, flags, image};
+use crate::history::History;
+use crate::passes::{
+    Pipelines, accumulate::AccumulateViews, compose::ComposeViews, debug_view::DebugViewViews, fit::FitViews,
+    moments::MomentsViews, predict::PredictViews, prepare::PrepareViews, reproject::ReprojectViews,
+};
+use crate::{
+    Camera, CreateError, DenoiserDescriptor, FrameError, FrameInputs, FrameOutputs, HistoryMode, Settings,
+    layout,
+};
+use bytemuck::Zeroable;
+use std::sync::Arc;
+use wgpu::{Buffer, TextureFormat, TextureView};
 
-/// A denoiser of one camera at one render size.
+/// Denoises what one camera sees at one render size. Owns history and scratch; the caller owns every input, the output
+/// and the encoder.
 #[derive(Debug)]
 pub struct Denoiser {
     size: [u32; 2],
+    pipelines: Arc<Pipelines>,
+    history: History,
+    scratch: Scratch,
+    /// Camera of the last recorded frame; none before the first.
+    previous_camera: Option<Camera>,
+    frames: u32,
+}
+
+/// What lives for one frame only.
+#[derive(Debug)]
+struct Scratch {
+    signal: TextureView,
+    reprojected: TextureView,
+    reprojected_variance: TextureView,
+    prediction: TextureView,
+    mix_weight: TextureView,
+    tile_means: Buffer,
+    tile_squares_low: Buffer,
+    tile_squares_high: Buffer,
+    models: Buffer,
+    /// Stand in for optional inputs that did not come.
+    no_float: TextureView,
+    no_uint: TextureView,
 }
 
 impl Denoiser {
-    /// Creates pipelines, history and scratch for one render size.
-    pub fn new(_device: &wgpu::Device, descriptor: &DenoiserDescriptor) -> Result<Self, CreateError> {
-        Ok(Self { size: [descriptor.width, descriptor.height] })
+    /// Compiles the passes and creates history and scratch for one render size.
+    ///
+    /// # Errors
+    /// An empty size, or device limits too low for it; nothing is created then.
+    pub fn new(device: &wgpu::Device, descriptor: &DenoiserDescriptor) -> Result<Self, CreateError> {
+        layout::check(device, descriptor)?;
+        Self::with_pipelines(device, descriptor, Arc::new(Pipelines::new(device)))
     }
 
-    /// Records one frame.
+    /// As [`Denoiser::new`], with the pipelines of another denoiser on the same device: for several cameras, two eyes or a
+    /// split screen.
+    ///
+    /// # Errors
+    /// As [`Denoiser::new`].
+    pub fn with_pipelines(
+        device: &wgpu::Device,
+        descriptor: &DenoiserDescriptor,
+        pipelines: Arc<Pipelines>,
+    ) -> Result<Self, CreateError> {
+        layout::check(device, descriptor)?;
+        let size = [descriptor.width, descriptor.height];
+        Ok(Self {
+            size,
+            pipelines,
+            history: History::new(device, size),
+            scratch: Scratch::new(device, size),
+            previous_camera: None,
+            frames: 0,
+        })
+    }
+
+    /// The compiled passes, to share with [`Denoiser::with_pipelines`].
+    pub fn pipelines(&self) -> Arc<Pipelines> {
+        Arc::clone(&self.pipelines)
+    }
+
+    /// Render size in pixels: width, height.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Changes the render size. History is dropped; the next frame starts without.
+    ///
+    /// # Errors
+    /// As [`Denoiser::new`]; the denoiser then stays as it was.
+    pub fn resize(
+        &mut self,
+        device: &wgpu::Device,
+        descriptor: &DenoiserDescriptor,
+    ) -> Result<(), CreateError> {
+        *self = Self::with_pipelines(device, descriptor, self.pipelines())?;
+        Ok(())
+    }
+
+    /// Records the passes that denoise one frame. Never submits, polls, blocks or maps; the frame is done when the caller's
+    /// submission is. Frames must be submitted in the order they were recorded.
+    ///
+    /// # Errors
+    /// An input that does not keep the contract. Nothing was recorded then, and history is as it was.
     pub fn encode(
         &mut self,
-        _device: &wgpu::Device,
-        _queue: &wgpu::Queue,
-        _encoder: &mut wgpu::CommandEncoder,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
         inputs: &FrameInputs<'_>,
         settings: &Settings,
     ) -> Result<FrameOutputs, FrameError> {
         inputs.check(self.size, settings)?;
-        Ok(FrameOutputs { models: 0, restarted: true })
+        let previous = self.previous_camera.filter(|_| inputs.history == HistoryMode::Continue);
+        let uniforms = self.uniforms(inputs, settings, previous);
+        // A buffer of its own per frame: several frames may be recorded before one submission.
+        let frame = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("quell frame"),
+            size: size_of::<FrameUniforms>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        queue.write_buffer(&frame, 0, bytemuck::bytes_of(&uniforms));
+        self.record(&mut Recorder { device, encoder, frame: &frame, timestamps: inputs.timestamps }, inputs);
+
+        self.history.swap();
+        self.previous_camera = Some(inputs.camera);
+        self.frames = self.frames.wrapping_add(1);
+        let [columns, rows] = uniforms.centres;
+        Ok(FrameOutputs { models: columns * rows, restarted: previous.is_none() })
+    }
+
+    /// The frame, pass by pass.
+    fn record(&self, recorder: &mut Recorder<'_>, inputs: &FrameInputs<'_>) {
+        let Scratch { signal, reprojected, reprojected_variance, prediction, mix_weight, .. } = &self.scratch;
+        let Scratch { tile_means, tile_squares_low, tile_squares_high, models, .. } = &self.scratch;
+        let (current, previous) = (self.history.current(), self.history.previous());
+        let (guide, history, variance) = (&current.guide, &current.mean, &current.variance);
+        let FrameInputs { radiance, albedo, normal_roughness, depth, motion, output, .. } = *inputs;
+        let emission = inputs.emission.unwrap_or(&self.scratch.no_float);
+        let surface_id = inputs.surface_id.unwrap_or(&self.scratch.no_uint);
+        let sample_count = inputs.sample_count.unwrap_or(&self.scratch.no_uint);
+        let passes = &self.pipelines;
+
+        passes.prepare.record(
+            recorder,
+            &PrepareViews {
+                radiance,
+                albedo,
+                normal_roughness,
+                depth,
+                surface_id,
+                emission,
+                sample_count,
+                signal,
+                guide,
+            },
+            self.size,
+        );
+        passes.reproject.record(
+            recorder,
+            &ReprojectViews {
+                guide,
+                motion,
+                previous_guide: &previous.guide,
+                previous_history: &previous.mean,
+                previous_variance: &previous.variance,
+                reprojected,
+                reprojected_variance,
+            },
+            self.size,
+        );
+        passes.accumulate.record(
+            recorder,
+            &AccumulateViews { signal, guide, reprojected, reprojected_variance, history, variance },
+            self.size,
+        );
+        passes.moments.record(
+            recorder,
+            &MomentsViews { guide, history, variance, tile_means, tile_squares_low, tile_squares_high },
+            self.size,
+        );
+        passes.fit.record(
+            recorder,
+            &FitViews { tile_means, tile_squares_low, tile_squares_high, models },
+            layout::centres(self.size),
+        );
+        passes.predict.record(recorder, &PredictViews { guide, history, models, prediction }, self.size);
+        passes.compose.record(
+            recorder,
+            &ComposeViews {
+                guide,
+                prediction,
+                history,
+                variance,
+                radiance,
+                albedo,
+                emission,
+                output,
+                mix_weight,
+            },
+            self.size,
+        );
+        if let Some((_, debug)) = inputs.debug {
+            passes.debug_view.record(
+                recorder,
+                &DebugViewViews { guide, motion, prediction, history, variance, mix_weight, debug },
+                self.size,
+            );
+        }
+    }
+
+    fn uniforms(
+        &self,
+        inputs: &FrameInputs<'_>,
+        settings: &Settings,
+        previous: Option<Camera>,
+    ) -> FrameUniforms {
+        let flag = |set: bool, bit: u32| if set { bit } else { 0 };
+        let motion_depth = inputs.motion.texture().format() == TextureFormat::Rgba16Float;
+        let mut uniforms = FrameUniforms {
+            far: settings.far,
+            size: self.size,
+            tiles: layout::tiles(self.size),
+            centres: layout::centres(self.size),
+            window_radius: settings.window_radius_tiles,
+            seed: self.frames.wrapping_mul(2),
+            motion_scale: settings.motion_scale,
+            max_history: settings.max_history,
+            flags: flag(previous.is_some(), flags::HISTORY)
+                | flag(inputs.surface_id.is_some(), flags::SURFACE_ID)
+                | flag(inputs.emission.is_some(), flags::EMISSION)
+                | flag(inputs.sample_count.is_some(), flags::SAMPLE_COUNT)
+                | flag(motion_depth, flags::MOTION_DEPTH)
+                | flag(settings.mix_temporal_mean, flags::MIX),
+            debug_view: inputs.debug.map_or(0, |(view, _)| view as u32),
+            ..FrameUniforms::zeroed()
+        };
+        uniforms.set_cameras(&inputs.camera, &previous.unwrap_or(inputs.camera));
+        uniforms
+    }
+}
+
+impl Scratch {
+    fn new(device: &wgpu::Device, size: [u32; 2]) -> Self {
+        let float = TextureFormat::R32Float;
+        let half_rgba = TextureFormat::Rgba16Float;
+        let buffers = layout::BufferSizes::of(size);
+        Self {
+            signal: image(device, "quell signal", size, half_rgba),
+            reprojected: image(device, "quell reprojected", size, half_rgba),
+            reprojected_variance: image(device, "quell reprojected variance", size, float),
+            prediction: image(device, "quell prediction", size, half_rgba),
+            mix_weight: image(device, "quell mix weight", size, float),
+            tile_means: buffer(device, "quell tile means", buffers.tile_means),
+            tile_squares_low: buffer(device, "quell tile squares low", buffers.tile_squares_half),
+            tile_squares_high: buffer(device, "quell tile squares high", buffers.tile_squares_half),
+            models: buffer(device, "quell models", buffers.models),
+            no_float: image(device, "quell no image", [1, 1], float),
+            no_uint: image(device, "quell no image", [1, 1], TextureFormat::R32Uint),
+        }
     }
 }

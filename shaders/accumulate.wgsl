@@ -1,0 +1,88 @@
+// accumulate: the weighted temporal sample. This frame's sample joins the history of its surface.
+//
+// Reads   signal, guide; reprojected history and variance.
+// Writes  history: temporal mean of demodulated radiance, effective sample count in w
+//         variance: variance of one sample's luminance
+// Source  incremental weighted mean and variance: West, "Updating mean and variance estimates", CACM 1979; spatial
+//         fall-back for short histories: Schied et al. 2017, section 4.2
+
+//!include frame numbers surface
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var signal: texture_2d<f32>;
+@group(0) @binding(2) var guide: texture_2d<u32>;
+@group(0) @binding(3) var reprojected: texture_2d<f32>;
+@group(0) @binding(4) var reprojected_variance: texture_2d<f32>;
+@group(0) @binding(5) var history: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(6) var variance: texture_storage_2d<r32float, write>;
+
+// Below this many samples a pixel's own variance means nothing, and its neighbours' spread is used.
+const LEAST_SAMPLES = 4.0;
+const SPATIAL_RADIUS = 3;
+
+@compute @workgroup_size(8, 8)
+fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= frame.size) {
+        return;
+    }
+    let sample = textureLoad(signal, id.xy, 0);
+    let old = textureLoad(reprojected, id.xy, 0);
+    var v = textureLoad(reprojected_variance, id.xy, 0).x;
+
+    // A pixel traced k times this frame enters with weight k; without samples the history stays as it is.
+    let k = sample.w;
+    let count = min(old.w, max(frame.max_history - k, 0.0)) + k;
+    if k == 0.0 {
+        textureStore(history, id.xy, vec4(old.rgb, min(old.w, frame.max_history)));
+        textureStore(variance, id.xy, vec4(v));
+        return;
+    }
+    let alpha = k / count;
+    let mean = mix(old.rgb, sample.rgb, alpha);
+    if count < LEAST_SAMPLES {
+        v = spatial_variance(id.xy);
+    } else {
+        // Unbiased where v was: E[d^2] = v (1/k + 1/(count - k)), so (1 - alpha) k d^2 estimates v.
+        let d = luminance(sample.rgb) - luminance(old.rgb);
+        v = (1.0 - alpha) * (v + alpha * k * d * d);
+    }
+    textureStore(history, id.xy, vec4(dither_to_half(mean, id.xy, frame.seed + 1u), count));
+    textureStore(variance, id.xy, vec4(v));
+}
+
+// Variance of one sample from the spread of this frame's samples over the same surface.
+fn spatial_variance(pixel: vec2<u32>) -> f32 {
+    let centre = unpack_surface(textureLoad(guide, pixel, 0));
+    let p = position_of(frame, frame.current, vec2<f32>(pixel), centre.depth);
+    // About the pixel's own value: the difference of two large squares would lose f32's digits.
+    let origin = luminance(textureLoad(signal, pixel, 0).rgb);
+    var weight = 0.0;
+    var sum = 0.0;
+    var sum_squares = 0.0;
+    var samples = 0.0;
+    for (var y = -SPATIAL_RADIUS; y <= SPATIAL_RADIUS; y++) {
+        for (var x = -SPATIAL_RADIUS; x <= SPATIAL_RADIUS; x++) {
+            let texel = vec2<i32>(pixel) + vec2(x, y);
+            if !inside(texel, frame) {
+                continue;
+            }
+            let sample = textureLoad(signal, texel, 0);
+            let other = unpack_surface(textureLoad(guide, texel, 0));
+            let q = position_of(frame, frame.current, vec2<f32>(texel), other.depth);
+            if sample.w > 0.0 && same_surface(centre, other, q - p) {
+                let l = luminance(sample.rgb) - origin;
+                weight += 1.0;
+                sum += l;
+                sum_squares += l * l;
+                samples += sample.w;
+            }
+        }
+    }
+    if weight < 2.0 {
+        // Alone: as uncertain as the value is large.
+        return origin * origin;
+    }
+    let spread = max(sum_squares - sum * sum / weight, 0.0) / (weight - 1.0);
+    // The images hold means of several samples, one of which spreads more.
+    return spread * samples / weight;
+}

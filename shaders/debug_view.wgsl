@@ -1,0 +1,77 @@
+// debug_view: one of the frame's inner images, as a picture.
+//
+// Reads   guide, motion, prediction, history, variance, mix_weight.
+// Writes  debug: the caller's image
+
+//!include frame numbers surface
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var guide: texture_2d<u32>;
+@group(0) @binding(2) var motion: texture_2d<f32>;
+@group(0) @binding(3) var prediction: texture_2d<f32>;
+@group(0) @binding(4) var history: texture_2d<f32>;
+@group(0) @binding(5) var variance: texture_2d<f32>;
+@group(0) @binding(6) var mix_weight: texture_2d<f32>;
+@group(0) @binding(7) var debug: texture_storage_2d<rgba16float, write>;
+
+const VIEW_PREDICTION = 1u;
+const VIEW_TEMPORAL_MEAN = 2u;
+const VIEW_HISTORY_LENGTH = 3u;
+const VIEW_STANDARD_ERROR = 4u;
+const VIEW_MIX_WEIGHT = 5u;
+const VIEW_NORMAL = 6u;
+const VIEW_DEPTH = 7u;
+const VIEW_MOTION = 8u;
+const VIEW_SURFACE_ID = 9u;
+
+@compute @workgroup_size(8, 8)
+fn debug_view(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= frame.size) {
+        return;
+    }
+    let surface = unpack_surface(textureLoad(guide, id.xy, 0));
+    var colour = vec3(0.0);
+    if !is_miss(surface) || frame.debug_view == VIEW_MOTION {
+        colour = picture(id.xy, surface);
+    }
+    textureStore(debug, id.xy, vec4(colour, 1.0));
+}
+
+fn picture(pixel: vec2<u32>, surface: Surface) -> vec3<f32> {
+    let mean = textureLoad(history, pixel, 0);
+    switch frame.debug_view {
+        case VIEW_PREDICTION: {
+            return textureLoad(prediction, pixel, 0).rgb;
+        }
+        case VIEW_TEMPORAL_MEAN: {
+            return mean.rgb;
+        }
+        case VIEW_HISTORY_LENGTH: {
+            return vec3(mean.w / frame.max_history);
+        }
+        case VIEW_STANDARD_ERROR: {
+            let v = textureLoad(variance, pixel, 0).x / max(mean.w, 1e-3);
+            return vec3(sqrt(v) / max(luminance(mean.rgb), 1e-6));
+        }
+        case VIEW_MIX_WEIGHT: {
+            return vec3(textureLoad(mix_weight, pixel, 0).x);
+        }
+        case VIEW_NORMAL: {
+            return 0.5 + 0.5 * surface.normal;
+        }
+        case VIEW_DEPTH: {
+            return vec3(1.0 / (1.0 + surface.depth));
+        }
+        case VIEW_MOTION: {
+            let moved = textureLoad(motion, pixel, 0).xy * frame.motion_scale * vec2<f32>(frame.size);
+            return hue(atan2(moved.y, moved.x) / 6.2831853) * saturate(length(moved) / 16.0);
+        }
+        default: {
+            return hue(f32(pcg(surface.id)) / 4294967296.0);
+        }
+    }
+}
+
+fn hue(turns: f32) -> vec3<f32> {
+    return saturate(abs(fract(turns + vec3(0.0, 2.0, 1.0) / 3.0) * 6.0 - 3.0) - 1.0);
+}

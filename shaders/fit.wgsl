@@ -1,0 +1,142 @@
+// fit: one linear model per centre, from the moments of the tiles in its window.
+//
+// Reads   tile_means, tile_squares_low, tile_squares_high.
+// Writes  models (layout: include/features)
+// Source  Moon et al. 2015, section 4, with the recursion over pixels replaced by the equal sum of tile moments; merging
+//         moments about different means: Chan, Golub and LeVeque 1979
+
+//!include frame numbers surface features ridge
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var<storage, read> tile_means: array<f32>;
+@group(0) @binding(2) var<storage, read> tile_squares_low: array<f32>;
+@group(0) @binding(3) var<storage, read> tile_squares_high: array<f32>;
+@group(0) @binding(4) var<storage, read_write> models: array<f32>;
+
+const MAX_WINDOW_TILES = 49u; // 7x7
+
+var<workgroup> window: array<array<f32, TILE_STRIDE>, MAX_WINDOW_TILES>; // weights already by variance
+var<workgroup> window_tiles: array<u32, MAX_WINDOW_TILES>;
+var<workgroup> means: array<f32, COLUMNS>;
+
+// How much more a noiseless tile may count than the window's average one: a variance from few samples may be 0 by luck.
+const VARIANCE_FLOOR = 0.1;
+
+@compute @workgroup_size(64)
+fn fit(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let side = 2u * frame.window_radius + 1u;
+    let tile_count = side * side;
+    load_tile(centre.xy, side, lane);
+    workgroupBarrier();
+    let total = window_total(tile_count);
+    weigh_tile(total, tile_count, lane);
+    workgroupBarrier();
+    let weight = window_weight(tile_count);
+    if lane < COLUMNS {
+        means[lane] = window_mean(lane, weight, tile_count);
+    }
+    workgroupBarrier();
+    for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
+        ridge_squares[entry] = window_square(entry, tile_count);
+    }
+    if lane < FEATURES {
+        let distance = length(vec3(means[3], means[4], means[5]));
+        ridge_floors[lane] = feature_floor(lane, distance);
+    }
+    workgroupBarrier();
+    // An empty window solves a harmless system instead of leaving uniform control flow.
+    ridge_solve(select(1.0, weight, weight > 0.0), lane);
+    write_model((centre.y * frame.centres.x + centre.x) * MODEL_STRIDE, weight, lane);
+}
+
+// Tiles outside the frame stay, with weight 0, so that all windows have one shape.
+fn load_tile(centre: vec2<u32>, side: u32, lane: u32) {
+    if lane >= side * side {
+        return;
+    }
+    let tile = vec2<i32>(centre * CENTRE_STRIDE) + vec2<i32>(vec2(lane % side, lane / side))
+        - vec2(i32(frame.window_radius));
+    if any(tile < vec2(0)) || any(tile >= vec2<i32>(frame.tiles)) {
+        window_tiles[lane] = 0u;
+        for (var i = 0u; i < TILE_STRIDE; i++) {
+            window[lane][i] = 0.0;
+        }
+        return;
+    }
+    let index = u32(tile.y) * frame.tiles.x + u32(tile.x);
+    window_tiles[lane] = index;
+    for (var i = 0u; i < TILE_STRIDE; i++) {
+        window[lane][i] = tile_means[index * TILE_STRIDE + i];
+    }
+}
+
+// Weight of the window and its mean variance.
+fn window_total(tile_count: u32) -> vec2<f32> {
+    var weight = 0.0;
+    var variance = 0.0;
+    for (var t = 0u; t < tile_count; t++) {
+        weight += window[t][TILE_WEIGHT];
+        variance += window[t][TILE_WEIGHT] * window[t][TILE_VARIANCE];
+    }
+    return vec2(weight, select(0.0, variance / weight, weight > 0.0));
+}
+
+// Inverse-variance weighting by tiles; the variance slot then holds the factor.
+fn weigh_tile(total: vec2<f32>, tile_count: u32, lane: u32) {
+    if lane < tile_count {
+        let noise = window[lane][TILE_VARIANCE] / max(total.y, 1e-30);
+        let factor = (1.0 + VARIANCE_FLOOR) / (noise + VARIANCE_FLOOR);
+        window[lane][TILE_VARIANCE] = factor;
+        window[lane][TILE_WEIGHT] *= factor;
+    }
+}
+
+fn window_weight(tile_count: u32) -> f32 {
+    var weight = 0.0;
+    for (var t = 0u; t < tile_count; t++) {
+        weight += window[t][TILE_WEIGHT];
+    }
+    return weight;
+}
+
+fn window_mean(column: u32, weight: f32, tile_count: u32) -> f32 {
+    var sum = 0.0;
+    for (var t = 0u; t < tile_count; t++) {
+        sum += window[t][TILE_WEIGHT] * window[t][TILE_MEAN + column];
+    }
+    return select(0.0, sum / weight, weight > 0.0);
+}
+
+// Squares of the window about its mean: those of its tiles about theirs, plus those of the tiles' means.
+fn window_square(entry: u32, tile_count: u32) -> f32 {
+    let ij = square_entry(entry);
+    var sum = 0.0;
+    for (var t = 0u; t < tile_count; t++) {
+        if window[t][TILE_WEIGHT] > 0.0 {
+            let di = window[t][TILE_MEAN + ij.x] - means[ij.x];
+            let dj = window[t][TILE_MEAN + ij.y] - means[ij.y];
+            sum += window[t][TILE_VARIANCE] * tile_square(window_tiles[t], entry)
+                + window[t][TILE_WEIGHT] * di * dj;
+        }
+    }
+    return sum;
+}
+
+fn tile_square(tile: u32, entry: u32) -> f32 {
+    if entry < HALF_SQUARES {
+        return tile_squares_low[tile * HALF_SQUARES + entry];
+    }
+    return tile_squares_high[tile * HALF_SQUARES + entry - HALF_SQUARES];
+}
+
+fn write_model(start: u32, weight: f32, lane: u32) {
+    if lane == 0u {
+        models[start + MODEL_WEIGHT] = weight;
+    }
+    if lane < COLUMNS {
+        models[start + MODEL_MEAN + lane] = means[lane];
+    }
+    if lane < FEATURES * CHANNELS {
+        models[start + MODEL_SLOPE + lane] = ridge_slopes[lane / CHANNELS][lane % CHANNELS];
+    }
+}

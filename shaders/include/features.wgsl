@@ -1,0 +1,60 @@
+// The features that the linear models predict from, and how their moments are laid out. This is the one table.
+//
+// Source: Moon et al., "Adaptive Rendering with Linear Predictions", SIGGRAPH 2015, section 4, with 1/albedo added: after
+// demodulation radiance = albedo E + S becomes E + S / albedo, linear in 1/albedo.
+
+const FEATURES = 10u;              // without the constant
+const CHANNELS = 3u;
+const COLUMNS = FEATURES + CHANNELS;
+const SQUARES = COLUMNS * (COLUMNS + 1u) / 2u; // upper triangle, row by row
+
+//  0..2  world normal
+//  3..5  world position relative to the eye
+//  6     1/albedo
+//  7     surface id, hashed: two surfaces in a window get a level each
+//  8..9  pixel position
+fn features(pixel: vec2<u32>, s: Surface, position: vec3<f32>) -> array<f32, FEATURES> {
+    return array(
+        s.normal.x, s.normal.y, s.normal.z,
+        position.x, position.y, position.z,
+        s.inverse_albedo,
+        f32(pcg(s.id)) * (2.0 / 4294967296.0) - 1.0,
+        f32(pixel.x), f32(pixel.y),
+    );
+}
+
+// The least standard deviation over a window that still counts as variation, per feature. `depth` is the window's.
+fn feature_floor(feature: u32, depth: f32) -> f32 {
+    if feature >= 3u && feature <= 5u {
+        return 0.02 * depth;
+    }
+    return select(0.05, 0.5, feature >= 8u);
+}
+
+// Place of row i, column j >= i in the triangle.
+fn square_index(i: u32, j: u32) -> u32 {
+    return i * COLUMNS - i * (i + 1u) / 2u + j;
+}
+
+// Row and column of a place in the triangle.
+fn square_entry(index: u32) -> vec2<u32> {
+    // Counted from the end, row k holds k + 1 entries. The half keeps the root off the integers, where rounding matters.
+    let from_end = SQUARES - 1u - index;
+    let k = u32((sqrt(8.0 * f32(from_end) + 1.5) - 1.0) * 0.5);
+    let row = COLUMNS - 1u - k;
+    return vec2(row, COLUMNS - 1u - (from_end - k * (k + 1u) / 2u));
+}
+
+// A tile in memory: weight, pooled variance, then means of the columns; its squares, about those means, in two halves,
+// because a 3840x2160 frame's would not fit one binding.
+const TILE_WEIGHT = 0u;
+const TILE_VARIANCE = 1u;
+const TILE_MEAN = 2u;
+const TILE_STRIDE = TILE_MEAN + COLUMNS;
+const HALF_SQUARES = (SQUARES + 1u) / 2u;
+
+// A model in memory: weight, means of the columns (its origin and its value there), then slopes per feature and channel.
+const MODEL_WEIGHT = 0u;
+const MODEL_MEAN = 1u;
+const MODEL_SLOPE = MODEL_MEAN + COLUMNS;
+const MODEL_STRIDE = MODEL_SLOPE + FEATURES * CHANNELS;

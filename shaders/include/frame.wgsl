@@ -1,0 +1,76 @@
+// What every pass knows about the frame. Rust mirror: `FrameUniforms` (layout compared by a test).
+
+// A camera whose world axes are kept but whose origin is the eye: positions stay small, so f32 holds in large worlds.
+struct View {
+    view_from_world: mat4x4<f32>, // rotation only
+    scale: vec2<f32>,             // clip_from_view [0][0], [1][1]
+    shift: vec2<f32>,             // clip_from_view column z, x and y: an off-centre frustum
+    offset: vec2<f32>,            // clip_from_view column w, x and y: an off-centre orthographic view
+    jitter: vec2<f32>,            // pixels; where samples lie relative to pixel centres
+    perspective: f32,             // 1 perspective, 0 orthographic
+    pad_0: f32,
+    pad_1: f32,
+    pad_2: f32,
+}
+
+struct Frame {
+    current: View,
+    previous: View,
+    eye_delta: vec3<f32>,   // eye now minus eye of the previous frame, world units
+    far: f32,
+    size: vec2<u32>,        // pixels
+    tiles: vec2<u32>,       // of TILE x TILE pixels
+    centres: vec2<u32>,     // model centres, one per CENTRE_STRIDE tiles
+    window_radius: u32,     // tiles
+    seed: u32,              // frame number, for dithered rounding
+    motion_scale: vec2<f32>,
+    max_history: f32,
+    flags: u32,
+    debug_view: u32,
+    pad_0: u32,
+    pad_1: u32,
+    pad_2: u32,
+}
+
+const FLAG_HISTORY = 1u;        // the previous frame's images are valid
+const FLAG_SURFACE_ID = 2u;     // the optional inputs that came
+const FLAG_EMISSION = 4u;
+const FLAG_SAMPLE_COUNT = 8u;
+const FLAG_MOTION_DEPTH = 16u;  // motion.z holds the change of depth
+const FLAG_MIX = 32u;           // mix the prediction with the temporal mean
+
+const TILE = 4u;          // pixels; the unit of which windows are made
+const CENTRE_STRIDE = 2u; // tiles between model centres
+
+fn has(frame: Frame, flag: u32) -> bool {
+    return (frame.flags & flag) != 0u;
+}
+
+fn inside(pixel: vec2<i32>, frame: Frame) -> bool {
+    return all(pixel >= vec2(0)) && all(pixel < vec2<i32>(frame.size));
+}
+
+// Eye-relative world position of the point at `uv` (origin top left) and linear view depth.
+fn position_at(view: View, uv: vec2<f32>, depth: f32) -> vec3<f32> {
+    let ndc = vec2(2.0 * uv.x - 1.0, 1.0 - 2.0 * uv.y);
+    let w = mix(1.0, depth, view.perspective);
+    let xy = (ndc * w + view.shift * depth - view.offset) / view.scale;
+    return (vec4(xy, -depth, 0.0) * view.view_from_world).xyz;
+}
+
+// The point seen by the sample of a pixel (centres at integers).
+fn position_of(frame: Frame, view: View, pixel: vec2<f32>, depth: f32) -> vec3<f32> {
+    return position_at(view, (pixel + 0.5 + view.jitter) / vec2<f32>(frame.size), depth);
+}
+
+// UV of an eye-relative world position, and its view depth in z.
+fn project(view: View, position: vec3<f32>) -> vec3<f32> {
+    let p = (view.view_from_world * vec4(position, 0.0)).xyz;
+    let w = mix(1.0, -p.z, view.perspective);
+    let ndc = (view.scale * p.xy + view.shift * p.z + view.offset) / w;
+    return vec3(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y, -p.z);
+}
+
+fn luminance(colour: vec3<f32>) -> f32 {
+    return dot(colour, vec3(0.2126, 0.7152, 0.0722)); // ITU-R BT.709
+}

@@ -1,0 +1,64 @@
+// predict: every pixel from the models whose windows hold it, weighted by a tent that ends at the window's border.
+//
+// Reads   guide, history, models.
+// Writes  prediction: predicted demodulated radiance, its distance from the temporal mean (luminance) in w
+// Source  Moon et al. 2015, section 4.3: overlapping predictions are averaged
+
+//!include frame numbers surface features
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var guide: texture_2d<u32>;
+@group(0) @binding(2) var history: texture_2d<f32>;
+@group(0) @binding(3) var<storage, read> models: array<f32>;
+@group(0) @binding(4) var prediction: texture_storage_2d<rgba16float, write>;
+
+// A workgroup is one cell of the grid of centres, so all its pixels read the same models.
+@compute @workgroup_size(8, 8)
+fn predict(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) cell: vec3<u32>) {
+    if any(id.xy >= frame.size) {
+        return;
+    }
+    let surface = unpack_surface(textureLoad(guide, id.xy, 0));
+    if is_miss(surface) {
+        textureStore(prediction, id.xy, vec4(0.0));
+        return;
+    }
+    let mean = textureLoad(history, id.xy, 0);
+    let z = features(id.xy, surface, position_of(frame, frame.current, vec2<f32>(id.xy), surface.depth));
+    let reach = f32(frame.window_radius * TILE) + 0.5 * f32(TILE);
+    var sum = vec4(0.0);
+    // The widest window (28 pixels about the middle of a cell's first tile) reaches one cell back and two ahead.
+    for (var y = -1; y <= 2; y++) {
+        for (var x = -1; x <= 2; x++) {
+            let centre = vec2<i32>(cell.xy) + vec2(x, y);
+            if any(centre < vec2(0)) || any(centre >= vec2<i32>(frame.centres)) {
+                continue;
+            }
+            let middle = (vec2<f32>(centre) * f32(CENTRE_STRIDE) + 0.5) * f32(TILE);
+            let tent = max(1.0 - abs(vec2<f32>(id.xy) + 0.5 - middle) / reach, vec2(0.0));
+            let weight = tent.x * tent.y;
+            let start = (u32(centre.y) * frame.centres.x + u32(centre.x)) * MODEL_STRIDE;
+            if weight > 0.0 && models[start + MODEL_WEIGHT] > 0.0 {
+                sum += weight * vec4(evaluate(start, z), 1.0);
+            }
+        }
+    }
+    // Without any sample near, the temporal mean is all there is.
+    var predicted = mean.rgb;
+    if sum.w > 0.0 {
+        predicted = clamp(sum.rgb / sum.w, vec3(0.0), vec3(HALF_MAX));
+    }
+    textureStore(prediction, id.xy, vec4(predicted, abs(luminance(mean.rgb - predicted))));
+}
+
+fn evaluate(start: u32, z: array<f32, FEATURES>) -> vec3<f32> {
+    var value = model_vector(start + MODEL_MEAN + FEATURES);
+    for (var i = 0u; i < FEATURES; i++) {
+        value += (z[i] - models[start + MODEL_MEAN + i]) * model_vector(start + MODEL_SLOPE + i * CHANNELS);
+    }
+    return value;
+}
+
+fn model_vector(at: u32) -> vec3<f32> {
+    return vec3(models[at], models[at + 1u], models[at + 2u]);
+}

@@ -1,0 +1,176 @@
+// reproject: fetches each pixel's history from where its surface was in the previous frame.
+//
+// Reads   guide, motion; the previous frame's guide, history and variance.
+// Writes  reprojected: history mean, effective sample count in w (0: no history); reprojected_variance
+// Source  bilinear taps tested one by one: Schied et al., "Spatiotemporal Variance-Guided Filtering", HPG 2017, section
+//         4.1; cubic weights: Catmull and Rom 1974, as used for history in temporal anti-aliasing
+
+//!include frame numbers surface
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var guide: texture_2d<u32>;
+@group(0) @binding(2) var motion: texture_2d<f32>;
+@group(0) @binding(3) var previous_guide: texture_2d<u32>;
+@group(0) @binding(4) var previous_history: texture_2d<f32>;
+@group(0) @binding(5) var previous_variance: texture_2d<f32>;
+@group(0) @binding(6) var reprojected: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(7) var reprojected_variance: texture_storage_2d<r32float, write>;
+
+// Where the pixel's surface was: what a tap must look like to belong to it.
+struct Origin {
+    texel: vec2<f32>,       // pixel coordinates in the previous frame, centres at integers
+    position: vec3<f32>,    // relative to the previous eye
+    surface: Surface,
+    tolerance: f32,         // distance from the tangent plane that passes
+}
+
+// A direction that a surface turned by in one frame passes; more is taken for another surface.
+const REPROJECTED_NORMAL_COSINE = 0.8;
+// Fewer valid bilinear taps than this are mostly another surface.
+const LEAST_WEIGHT = 0.05;
+// Closer than this to a texel centre, resampling would only blur. Motion in half precision is no finer.
+const SNAP_PX = 0.002;
+
+@compute @workgroup_size(8, 8)
+fn reproject(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= frame.size) {
+        return;
+    }
+    var history = vec4(0.0);
+    var variance = 0.0;
+    let surface = unpack_surface(textureLoad(guide, id.xy, 0));
+    if has(frame, FLAG_HISTORY) && !is_miss(surface) {
+        let origin = find_origin(id.xy, surface);
+        let fetched = fetch(origin);
+        history = fetched.history;
+        variance = fetched.variance;
+    }
+    textureStore(reprojected, id.xy, vec4(dither_to_half(history.rgb, id.xy, frame.seed), history.w));
+    textureStore(reprojected_variance, id.xy, vec4(variance));
+}
+
+fn find_origin(pixel: vec2<u32>, surface: Surface) -> Origin {
+    let size = vec2<f32>(frame.size);
+    let uv = (vec2<f32>(pixel) + 0.5) / size;
+    let moved = textureLoad(motion, pixel, 0);
+    let offset = moved.xy * frame.motion_scale;
+    let sampled_uv = uv + frame.current.jitter / size;
+    let still = position_at(frame.current, sampled_uv, surface.depth) + frame.eye_delta;
+    var origin: Origin;
+    origin.surface = surface;
+    origin.tolerance = PLANE_DISTANCE * surface.depth;
+    if !is_finite(offset.x) || !is_finite(offset.y) || any(abs(offset) > vec2(4.0)) {
+        origin.texel = vec2(-8.0); // off screen: no history
+        return origin;
+    }
+    origin.texel = (uv + offset) * size - 0.5;
+    let nearest = round(origin.texel);
+    if all(abs(origin.texel - nearest) < vec2(SNAP_PX)) {
+        origin.texel = nearest;
+    }
+    // Depth in the previous frame: told, or that of a point that stood still, or (for something that moved on its own)
+    // no better than the depth now, with room for error.
+    var depth = surface.depth;
+    let still_projected = project(frame.previous, still);
+    if has(frame, FLAG_MOTION_DEPTH) && is_finite(moved.z) {
+        depth += moved.z;
+    } else if all(abs(still_projected.xy - (sampled_uv + offset)) * size < vec2(0.5)) {
+        depth = still_projected.z;
+    } else {
+        origin.tolerance *= 10.0;
+    }
+    origin.position = position_at(frame.previous, sampled_uv + offset, depth);
+    return origin;
+}
+
+fn tap_belongs(texel: vec2<i32>, origin: Origin) -> bool {
+    if !inside(texel, frame) {
+        return false;
+    }
+    let tap = unpack_surface(textureLoad(previous_guide, texel, 0));
+    if is_miss(tap) || tap.id != origin.surface.id {
+        return false;
+    }
+    let offset = position_of(frame, frame.previous, vec2<f32>(texel), tap.depth) - origin.position;
+    return dot(tap.normal, origin.surface.normal) > REPROJECTED_NORMAL_COSINE
+        && abs(dot(tap.normal, offset)) < origin.tolerance;
+}
+
+struct Fetched {
+    history: vec4<f32>,
+    variance: f32,
+}
+
+fn fetch(origin: Origin) -> Fetched {
+    let base = vec2<i32>(floor(origin.texel));
+    let f = origin.texel - floor(origin.texel);
+    var sum = vec4(0.0);
+    var variance = 0.0;
+    var weight = 0.0;
+    var all_valid = true;
+    for (var i = 0; i < 4; i++) {
+        let step = vec2(i & 1, i >> 1u);
+        let tap_weights = select(1.0 - f, f, step == vec2(1));
+        let w = tap_weights.x * tap_weights.y;
+        if w == 0.0 {
+            continue;
+        }
+        if !tap_belongs(base + step, origin) {
+            all_valid = false;
+            continue;
+        }
+        let tap = textureLoad(previous_history, base + step, 0);
+        // A tap that was never sampled has a surface but no mean.
+        if tap.w > 0.0 {
+            sum += w * tap;
+            variance += w * textureLoad(previous_variance, base + step, 0).x;
+            weight += w;
+        }
+    }
+    if weight < LEAST_WEIGHT {
+        return Fetched(vec4(0.0), 0.0);
+    }
+    var history = sum / weight;
+    if all_valid && any(f > vec2(0.0)) {
+        let sharp = fetch_catmull_rom(base, f, origin);
+        // Negative lobes may undershoot next to something bright; darker than black is not history.
+        history = vec4(select(history.rgb, max(sharp.rgb, vec3(0.0)), sharp.w > 0.0), history.w);
+    }
+    return Fetched(history, variance / weight);
+}
+
+fn catmull_rom_weights(f: f32) -> vec4<f32> {
+    let f2 = f * f;
+    let f3 = f2 * f;
+    return 0.5 * vec4(
+        -f3 + 2.0 * f2 - f,
+        3.0 * f3 - 5.0 * f2 + 2.0,
+        -3.0 * f3 + 4.0 * f2 + f,
+        f3 - f2,
+    );
+}
+
+// The 4x4 cubic mean, w = 1; or w = 0 where a tap belongs to another surface or has no samples.
+fn fetch_catmull_rom(base: vec2<i32>, f: vec2<f32>, origin: Origin) -> vec4<f32> {
+    let wx = catmull_rom_weights(f.x);
+    let wy = catmull_rom_weights(f.y);
+    var sum = vec3(0.0);
+    for (var y = 0; y < 4; y++) {
+        for (var x = 0; x < 4; x++) {
+            let texel = base + vec2(x - 1, y - 1);
+            let w = wx[x] * wy[y];
+            if w == 0.0 {
+                continue;
+            }
+            if !tap_belongs(texel, origin) {
+                return vec4(0.0);
+            }
+            let tap = textureLoad(previous_history, texel, 0);
+            if tap.w == 0.0 {
+                return vec4(0.0);
+            }
+            sum += w * tap.rgb;
+        }
+    }
+    return vec4(sum, 1.0);
+}

@@ -1,0 +1,143 @@
+//! A compute pipeline with its binding table, and recording one dispatch of it.
+
+use super::shader::assemble;
+use crate::Timestamps;
+use wgpu::{BindingResource, BindingType, TextureFormat};
+
+/// What a binding is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// The frame's uniforms; always binding 0.
+    Frame,
+    /// A float image that is read by `textureLoad`.
+    Texture,
+    /// An unsigned image that is read by `textureLoad`.
+    TextureUint,
+    /// An image that is written.
+    Storage(TextureFormat),
+    /// A buffer that is read.
+    Buffer,
+    /// A buffer that is written.
+    BufferMut,
+}
+
+/// A row of a binding table: WGSL name and kind. The row's place is the binding's number in group 0.
+pub type Binding = (&'static str, Kind);
+
+/// What a pass is made of.
+#[derive(Debug)]
+pub struct KernelDescriptor {
+    /// Name of pass, WGSL file, entry point, label and profiler scope.
+    pub name: &'static str,
+    /// The WGSL file.
+    pub source: &'static str,
+    /// The binding table.
+    pub bindings: &'static [Binding],
+    /// Workgroup size, as in the WGSL.
+    pub workgroup: [u32; 2],
+    /// What one workgroup covers of the extent given to `record`.
+    pub covers: [u32; 2],
+}
+
+/// A compiled pass.
+#[derive(Debug)]
+pub struct Kernel {
+    descriptor: &'static KernelDescriptor,
+    layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::ComputePipeline,
+}
+
+/// What all passes of a frame are recorded with.
+#[derive(Debug)]
+pub struct Recorder<'a> {
+    /// Makes bind groups.
+    pub device: &'a wgpu::Device,
+    /// Receives the passes.
+    pub encoder: &'a mut wgpu::CommandEncoder,
+    /// The frame's uniforms.
+    pub frame: &'a wgpu::Buffer,
+    /// Where passes are timed, if they are.
+    pub timestamps: Option<Timestamps<'a>>,
+}
+
+impl Kernel {
+    /// Compiles a pass.
+    pub fn new(device: &wgpu::Device, descriptor: &'static KernelDescriptor) -> Self {
+        let name = Some(descriptor.name);
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: name,
+            source: wgpu::ShaderSource::Wgsl(assemble(descriptor.source).into()),
+        });
+        let entries: Vec<_> = (0..).zip(descriptor.bindings).map(|(i, &(_, kind))| entry(i, kind)).collect();
+        let layout = device
+            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: name, entries: &entries });
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: name,
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: name,
+            layout: Some(&pipeline_layout),
+            module: &module,
+            entry_point: name,
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+        Self { descriptor, layout, pipeline }
+    }
+
+    /// Records one dispatch over `extent` (in the units of [`KernelDescriptor::covers`]), with the resources of all
+    /// bindings after the frame's uniforms, in the order of the table.
+    pub fn record(&self, recorder: &mut Recorder<'_>, resources: &[BindingResource<'_>], extent: [u32; 2]) {
+        let name = Some(self.descriptor.name);
+        let frame = recorder.frame.as_entire_binding();
+        let entries: Vec<_> = (0..)
+            .zip(std::iter::once(frame).chain(resources.iter().cloned()))
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        let group = recorder.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: name,
+            layout: &self.layout,
+            entries: &entries,
+        });
+        let timestamp_writes = recorder.timestamps.map(|timestamps| {
+            let index = crate::PASSES.iter().position(|pass| *pass == self.descriptor.name);
+            let first = timestamps.first_query + 2 * index.unwrap_or_default() as u32;
+            wgpu::ComputePassTimestampWrites {
+                query_set: timestamps.query_set,
+                beginning_of_pass_write_index: Some(first),
+                end_of_pass_write_index: Some(first + 1),
+            }
+        });
+        let mut pass = recorder
+            .encoder
+            .begin_compute_pass(&wgpu::ComputePassDescriptor { label: name, timestamp_writes });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        let [columns, rows] = self.descriptor.covers;
+        pass.dispatch_workgroups(extent[0].div_ceil(columns), extent[1].div_ceil(rows), 1);
+    }
+}
+
+fn entry(binding: u32, kind: Kind) -> wgpu::BindGroupLayoutEntry {
+    let texture = |sample_type| BindingType::Texture {
+        sample_type,
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    };
+    let buffer = |ty| BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+    let ty = match kind {
+        Kind::Frame => buffer(wgpu::BufferBindingType::Uniform),
+        Kind::Texture => texture(wgpu::TextureSampleType::Float { filterable: false }),
+        Kind::TextureUint => texture(wgpu::TextureSampleType::Uint),
+        Kind::Storage(format) => BindingType::StorageTexture {
+            access: wgpu::StorageTextureAccess::WriteOnly,
+            format,
+            view_dimension: wgpu::TextureViewDimension::D2,
+        },
+        Kind::Buffer => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
+        Kind::BufferMut => buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+    };
+    wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::COMPUTE, ty, count: None }
+}

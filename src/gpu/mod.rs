@@ -1,0 +1,11 @@
+//! The only place that spells wgpu descriptors: pipelines, bindings, uniforms, textures, shader includes.
+
+mod kernel;
+mod resources;
+mod shader;
+mod uniforms;
+
+pub use kernel::{Binding, Kernel, KernelDescriptor, Kind, Recorder};
+pub use resources::{buffer, image};
+pub use shader::assemble;
+pub use uniforms::{FrameUniforms, ViewUniforms, flags};

@@ -1,0 +1,33 @@
+//! Joins a pass's WGSL with the includes that it names in `//!include a b c`.
+
+const INCLUDES: [(&str, &str); 6] = [
+    ("frame", include_str!("../../shaders/include/frame.wgsl")),
+    ("numbers", include_str!("../../shaders/include/numbers.wgsl")),
+    ("surface", include_str!("../../shaders/include/surface.wgsl")),
+    ("demodulate", include_str!("../../shaders/include/demodulate.wgsl")),
+    ("features", include_str!("../../shaders/include/features.wgsl")),
+    ("ridge", include_str!("../../shaders/include/ridge.wgsl")),
+];
+
+/// The WGSL module that the GPU compiles: `source` with each `//!include` line replaced by the files it names.
+///
+/// # Panics
+/// If a name is unknown. Sources are part of the crate and a test assembles them all.
+pub fn assemble(source: &str) -> String {
+    let mut assembled = String::new();
+    for line in source.lines() {
+        match line.strip_prefix("//!include ") {
+            Some(names) => names.split_whitespace().for_each(|name| assembled += include(name)),
+            None => {
+                assembled += line;
+                assembled.push('\n');
+            }
+        }
+    }
+    assembled
+}
+
+fn include(wanted: &str) -> &'static str {
+    let found = INCLUDES.iter().find(|(name, _)| *name == wanted);
+    found.unwrap_or_else(|| panic!("no shader include named `{wanted}`")).1
+}

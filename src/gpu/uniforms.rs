@@ -1,0 +1,87 @@
+//! What every pass knows about the frame: the Rust side of `shaders/include/frame.wgsl`.
+
+use crate::Camera;
+use bytemuck::{Pod, Zeroable};
+use glam::{Mat4, Vec3};
+
+/// Bits of [`FrameUniforms::flags`]; named as in the WGSL.
+#[expect(missing_docs, reason = "documented once, in include/frame.wgsl")]
+pub mod flags {
+    pub const HISTORY: u32 = 1;
+    pub const SURFACE_ID: u32 = 2;
+    pub const EMISSION: u32 = 4;
+    pub const SAMPLE_COUNT: u32 = 8;
+    pub const MOTION_DEPTH: u32 = 16;
+    pub const MIX: u32 = 32;
+}
+
+/// WGSL `View`.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+#[expect(missing_docs, reason = "documented once, in include/frame.wgsl")]
+pub struct ViewUniforms {
+    pub view_from_world: Mat4,
+    pub scale: [f32; 2],
+    pub shift: [f32; 2],
+    pub offset: [f32; 2],
+    pub jitter: [f32; 2],
+    pub perspective: f32,
+    pub pad_0: f32,
+    pub pad_1: f32,
+    pub pad_2: f32,
+}
+
+impl From<&Camera> for ViewUniforms {
+    fn from(camera: &Camera) -> Self {
+        let clip = camera.clip_from_view;
+        let mut rotation = camera.view_from_world;
+        rotation.w_axis = glam::Vec4::W;
+        Self {
+            view_from_world: rotation,
+            scale: [clip.x_axis.x, clip.y_axis.y],
+            shift: [clip.z_axis.x, clip.z_axis.y],
+            offset: [clip.w_axis.x, clip.w_axis.y],
+            jitter: camera.jitter_px.to_array(),
+            perspective: if clip.z_axis.w == 0.0 { 0.0 } else { 1.0 },
+            ..Self::zeroed()
+        }
+    }
+}
+
+/// WGSL `Frame`.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+#[expect(missing_docs, reason = "documented once, in include/frame.wgsl")]
+pub struct FrameUniforms {
+    pub current: ViewUniforms,
+    pub previous: ViewUniforms,
+    pub eye_delta: Vec3,
+    pub far: f32,
+    pub size: [u32; 2],
+    pub tiles: [u32; 2],
+    pub centres: [u32; 2],
+    pub window_radius: u32,
+    pub seed: u32,
+    pub motion_scale: [f32; 2],
+    pub max_history: f32,
+    pub flags: u32,
+    pub debug_view: u32,
+    pub pad_0: u32,
+    pub pad_1: u32,
+    pub pad_2: u32,
+}
+
+impl FrameUniforms {
+    /// Sets both views and the eye's movement between them.
+    pub fn set_cameras(&mut self, current: &Camera, previous: &Camera) {
+        self.current = current.into();
+        self.previous = previous.into();
+        self.eye_delta = eye(current) - eye(previous);
+    }
+}
+
+/// World position of the camera; exact inverse of a rotation and a translation.
+fn eye(camera: &Camera) -> Vec3 {
+    let view = camera.view_from_world;
+    -(glam::Mat3::from_mat4(view).transpose() * view.w_axis.truncate())
+}

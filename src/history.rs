@@ -1,0 +1,45 @@
+//! What outlives a frame, in two copies: the passes read the previous frame's and write the current one's.
+
+use crate::gpu::image;
+use wgpu::{TextureFormat, TextureView};
+
+/// One frame's copy.
+#[derive(Debug)]
+pub(crate) struct HistoryImages {
+    /// Packed surfaces: normal, depth, material, id.
+    pub guide: TextureView,
+    /// Temporal mean of demodulated radiance, effective sample count in w.
+    pub mean: TextureView,
+    /// Variance of one sample's luminance.
+    pub variance: TextureView,
+}
+
+#[derive(Debug)]
+pub(crate) struct History {
+    copies: [HistoryImages; 2],
+    current: usize,
+}
+
+impl History {
+    pub fn new(device: &wgpu::Device, size: [u32; 2]) -> Self {
+        let copy = || HistoryImages {
+            guide: image(device, "quell guide", size, TextureFormat::Rgba32Uint),
+            mean: image(device, "quell history", size, TextureFormat::Rgba16Float),
+            variance: image(device, "quell variance", size, TextureFormat::R32Float),
+        };
+        Self { copies: [copy(), copy()], current: 0 }
+    }
+
+    pub fn current(&self) -> &HistoryImages {
+        &self.copies[self.current]
+    }
+
+    pub fn previous(&self) -> &HistoryImages {
+        &self.copies[1 - self.current]
+    }
+
+    /// What was current becomes previous.
+    pub fn swap(&mut self) {
+        self.current = 1 - self.current;
+    }
+}

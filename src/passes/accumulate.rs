@@ -1,0 +1,57 @@
+//! Joins this frame's samples to the history. See `shaders/accumulate.wgsl`.
+
+use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder};
+use wgpu::{BindingResource, TextureFormat, TextureView};
+
+/// What the pass is made of.
+pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
+    name: "accumulate",
+    source: include_str!("../../shaders/accumulate.wgsl"),
+    bindings: &[
+        ("frame", Kind::Frame),
+        ("signal", Kind::Texture),
+        ("guide", Kind::TextureUint),
+        ("reprojected", Kind::Texture),
+        ("reprojected_variance", Kind::Texture),
+        ("history", Kind::Storage(TextureFormat::Rgba16Float)),
+        ("variance", Kind::Storage(TextureFormat::R32Float)),
+    ],
+    workgroup: [8, 8],
+    covers: [8, 8],
+};
+
+/// What the pass reads and writes; named as in the WGSL.
+#[derive(Debug, Clone, Copy)]
+#[expect(missing_docs, reason = "documented once, at the head of the WGSL")]
+pub struct AccumulateViews<'a> {
+    pub signal: &'a TextureView,
+    pub guide: &'a TextureView,
+    pub reprojected: &'a TextureView,
+    pub reprojected_variance: &'a TextureView,
+    pub history: &'a TextureView,
+    pub variance: &'a TextureView,
+}
+
+/// The pass.
+#[derive(Debug)]
+pub struct Accumulate(Kernel);
+
+impl Accumulate {
+    /// Compiles the pass.
+    pub fn new(device: &wgpu::Device) -> Self {
+        Self(Kernel::new(device, &DESCRIPTOR))
+    }
+
+    /// Records the pass over `extent` pixels.
+    pub fn record(&self, recorder: &mut Recorder<'_>, views: &AccumulateViews<'_>, extent: [u32; 2]) {
+        let resources = [
+            BindingResource::TextureView(views.signal),
+            BindingResource::TextureView(views.guide),
+            BindingResource::TextureView(views.reprojected),
+            BindingResource::TextureView(views.reprojected_variance),
+            BindingResource::TextureView(views.history),
+            BindingResource::TextureView(views.variance),
+        ];
+        self.0.record(recorder, &resources, extent);
+    }
+}

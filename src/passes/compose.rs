@@ -1,0 +1,66 @@
+//! Mixes prediction and temporal mean, and makes radiance of it. See `shaders/compose.wgsl`.
+
+use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder};
+use wgpu::{BindingResource, TextureFormat, TextureView};
+
+/// What the pass is made of.
+pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
+    name: "compose",
+    source: include_str!("../../shaders/compose.wgsl"),
+    bindings: &[
+        ("frame", Kind::Frame),
+        ("guide", Kind::TextureUint),
+        ("prediction", Kind::Texture),
+        ("history", Kind::Texture),
+        ("variance", Kind::Texture),
+        ("radiance", Kind::Texture),
+        ("albedo", Kind::Texture),
+        ("emission", Kind::Texture),
+        ("output", Kind::Storage(TextureFormat::Rgba16Float)),
+        ("mix_weight", Kind::Storage(TextureFormat::R32Float)),
+    ],
+    workgroup: [8, 8],
+    covers: [8, 8],
+};
+
+/// What the pass reads and writes; named as in the WGSL.
+#[derive(Debug, Clone, Copy)]
+#[expect(missing_docs, reason = "documented once, at the head of the WGSL")]
+pub struct ComposeViews<'a> {
+    pub guide: &'a TextureView,
+    pub prediction: &'a TextureView,
+    pub history: &'a TextureView,
+    pub variance: &'a TextureView,
+    pub radiance: &'a TextureView,
+    pub albedo: &'a TextureView,
+    pub emission: &'a TextureView,
+    pub output: &'a TextureView,
+    pub mix_weight: &'a TextureView,
+}
+
+/// The pass.
+#[derive(Debug)]
+pub struct Compose(Kernel);
+
+impl Compose {
+    /// Compiles the pass.
+    pub fn new(device: &wgpu::Device) -> Self {
+        Self(Kernel::new(device, &DESCRIPTOR))
+    }
+
+    /// Records the pass over `extent` pixels.
+    pub fn record(&self, recorder: &mut Recorder<'_>, views: &ComposeViews<'_>, extent: [u32; 2]) {
+        let resources = [
+            BindingResource::TextureView(views.guide),
+            BindingResource::TextureView(views.prediction),
+            BindingResource::TextureView(views.history),
+            BindingResource::TextureView(views.variance),
+            BindingResource::TextureView(views.radiance),
+            BindingResource::TextureView(views.albedo),
+            BindingResource::TextureView(views.emission),
+            BindingResource::TextureView(views.output),
+            BindingResource::TextureView(views.mix_weight),
+        ];
+        self.0.record(recorder, &resources, extent);
+    }
+}

@@ -1,0 +1,60 @@
+//! Shows one of the frame's inner images. See `shaders/debug_view.wgsl`.
+
+use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder};
+use wgpu::{BindingResource, TextureFormat, TextureView};
+
+/// What the pass is made of.
+pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
+    name: "debug_view",
+    source: include_str!("../../shaders/debug_view.wgsl"),
+    bindings: &[
+        ("frame", Kind::Frame),
+        ("guide", Kind::TextureUint),
+        ("motion", Kind::Texture),
+        ("prediction", Kind::Texture),
+        ("history", Kind::Texture),
+        ("variance", Kind::Texture),
+        ("mix_weight", Kind::Texture),
+        ("debug", Kind::Storage(TextureFormat::Rgba16Float)),
+    ],
+    workgroup: [8, 8],
+    covers: [8, 8],
+};
+
+/// What the pass reads and writes; named as in the WGSL.
+#[derive(Debug, Clone, Copy)]
+#[expect(missing_docs, reason = "documented once, at the head of the WGSL")]
+pub struct DebugViewViews<'a> {
+    pub guide: &'a TextureView,
+    pub motion: &'a TextureView,
+    pub prediction: &'a TextureView,
+    pub history: &'a TextureView,
+    pub variance: &'a TextureView,
+    pub mix_weight: &'a TextureView,
+    pub debug: &'a TextureView,
+}
+
+/// The pass.
+#[derive(Debug)]
+pub struct DebugView(Kernel);
+
+impl DebugView {
+    /// Compiles the pass.
+    pub fn new(device: &wgpu::Device) -> Self {
+        Self(Kernel::new(device, &DESCRIPTOR))
+    }
+
+    /// Records the pass over `extent` pixels.
+    pub fn record(&self, recorder: &mut Recorder<'_>, views: &DebugViewViews<'_>, extent: [u32; 2]) {
+        let resources = [
+            BindingResource::TextureView(views.guide),
+            BindingResource::TextureView(views.motion),
+            BindingResource::TextureView(views.prediction),
+            BindingResource::TextureView(views.history),
+            BindingResource::TextureView(views.variance),
+            BindingResource::TextureView(views.mix_weight),
+            BindingResource::TextureView(views.debug),
+        ];
+        self.0.record(recorder, &resources, extent);
+    }
+}

@@ -1,0 +1,51 @@
+//! Predicts every pixel from the models that cover it. See `shaders/predict.wgsl`.
+
+use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder};
+use wgpu::{BindingResource, Buffer, TextureFormat, TextureView};
+
+/// What the pass is made of.
+pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
+    name: "predict",
+    source: include_str!("../../shaders/predict.wgsl"),
+    bindings: &[
+        ("frame", Kind::Frame),
+        ("guide", Kind::TextureUint),
+        ("history", Kind::Texture),
+        ("models", Kind::Buffer),
+        ("prediction", Kind::Storage(TextureFormat::Rgba16Float)),
+    ],
+    workgroup: [8, 8],
+    covers: [8, 8],
+};
+
+/// What the pass reads and writes; named as in the WGSL.
+#[derive(Debug, Clone, Copy)]
+#[expect(missing_docs, reason = "documented once, at the head of the WGSL")]
+pub struct PredictViews<'a> {
+    pub guide: &'a TextureView,
+    pub history: &'a TextureView,
+    pub models: &'a Buffer,
+    pub prediction: &'a TextureView,
+}
+
+/// The pass.
+#[derive(Debug)]
+pub struct Predict(Kernel);
+
+impl Predict {
+    /// Compiles the pass.
+    pub fn new(device: &wgpu::Device) -> Self {
+        Self(Kernel::new(device, &DESCRIPTOR))
+    }
+
+    /// Records the pass over `extent` pixels.
+    pub fn record(&self, recorder: &mut Recorder<'_>, views: &PredictViews<'_>, extent: [u32; 2]) {
+        let resources = [
+            BindingResource::TextureView(views.guide),
+            BindingResource::TextureView(views.history),
+            views.models.as_entire_binding(),
+            BindingResource::TextureView(views.prediction),
+        ];
+        self.0.record(recorder, &resources, extent);
+    }
+}

@@ -1,0 +1,106 @@
+//! Every shader, as the GPU compiles it, is portable WGSL and agrees with its Rust descriptor.
+
+use quell::gpu::{KernelDescriptor, Kind, assemble};
+use wgpu::naga;
+
+fn module(pass: &KernelDescriptor) -> naga::Module {
+    let source = assemble(pass.source);
+    naga::front::wgsl::parse_str(&source)
+        .unwrap_or_else(|error| panic!("{}: {}", pass.name, error.emit_to_string(&source)))
+}
+
+/// Also leaves the assembled shaders in `target/shaders`, for `naga --capabilities none` and other tools.
+#[test]
+fn every_shader_is_valid_without_any_capability() {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("shaders");
+    std::fs::create_dir_all(&folder).unwrap();
+    for pass in quell::passes::ALL {
+        let module = module(pass);
+        std::fs::write(folder.join(format!("{}.wgsl", pass.name)), assemble(pass.source)).unwrap();
+        naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty())
+            .validate(&module)
+            .unwrap_or_else(|error| panic!("{}: {}", pass.name, error.emit_to_string(&assemble(pass.source))));
+    }
+}
+
+#[test]
+fn the_validator_refuses_a_shader_that_needs_a_capability() {
+    let source = "@compute @workgroup_size(1) fn f() { var x: f64 = 1.0lf; x += 1.0lf; }";
+    let valid = naga::front::wgsl::parse_str(source).is_ok_and(|module| {
+        naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty())
+            .validate(&module)
+            .is_ok()
+    });
+    assert!(!valid);
+}
+
+#[test]
+fn passes_are_listed_in_order_under_one_name() {
+    let names: Vec<_> = quell::passes::ALL.iter().map(|pass| pass.name).collect();
+    assert_eq!(names, quell::PASSES);
+}
+
+#[test]
+fn entry_points_and_workgroups_match_their_descriptors() {
+    for pass in quell::passes::ALL {
+        let module = module(pass);
+        let [entry] = module.entry_points.as_slice() else { panic!("{}: not one entry point", pass.name) };
+        assert_eq!(entry.name, pass.name);
+        let [x, y] = pass.workgroup;
+        assert_eq!(entry.workgroup_size, [x, y, 1], "{}", pass.name);
+    }
+}
+
+#[test]
+fn binding_tables_match_the_shaders() {
+    for pass in quell::passes::ALL {
+        let module = module(pass);
+        let mut found: Vec<_> = module
+            .global_variables
+            .iter()
+            .filter_map(|(_, variable)| {
+                let binding = variable.binding?;
+                assert_eq!(binding.group, 0, "{}", pass.name);
+                Some((binding.binding, variable.name.clone().unwrap(), kind(&module, variable)))
+            })
+            .collect();
+        found.sort_by_key(|&(binding, ..)| binding);
+        let expected: Vec<_> =
+            (0..).zip(pass.bindings).map(|(i, &(name, kind))| (i, name.to_owned(), kind)).collect();
+        assert_eq!(found, expected, "{}", pass.name);
+        let stores = pass.bindings.iter().filter(|(_, kind)| matches!(kind, Kind::Storage(_))).count();
+        assert!(stores <= 4, "{}: WebGPU's default limit is 4 storage textures", pass.name);
+    }
+}
+
+fn kind(module: &naga::Module, variable: &naga::GlobalVariable) -> Kind {
+    use naga::{AddressSpace, ImageClass, ScalarKind, StorageAccess, StorageFormat, TypeInner};
+    match (variable.space, &module.types[variable.ty].inner) {
+        (AddressSpace::Uniform, _) => Kind::Frame,
+        (AddressSpace::Storage { access }, _) if access.contains(StorageAccess::STORE) => Kind::BufferMut,
+        (AddressSpace::Storage { .. }, _) => Kind::Buffer,
+        (_, TypeInner::Image { class: ImageClass::Sampled { kind: ScalarKind::Uint, .. }, .. }) => {
+            Kind::TextureUint
+        }
+        (_, TypeInner::Image { class: ImageClass::Sampled { .. }, .. }) => Kind::Texture,
+        (_, TypeInner::Image { class: ImageClass::Storage { format, .. }, .. }) => {
+            Kind::Storage(match format {
+                StorageFormat::Rgba16Float => wgpu::TextureFormat::Rgba16Float,
+                StorageFormat::Rgba32Uint => wgpu::TextureFormat::Rgba32Uint,
+                StorageFormat::R32Float => wgpu::TextureFormat::R32Float,
+                other => panic!("format {other:?} is not used by any binding table"),
+            })
+        }
+        (space, inner) => panic!("unexpected binding: {space:?} {inner:?}"),
+    }
+}
+
+#[test]
+fn headers_state_purpose_reads_and_writes() {
+    for pass in quell::passes::ALL {
+        assert!(pass.source.starts_with(&format!("// {}: ", pass.name)), "{}: purpose", pass.name);
+        for heading in ["// Reads", "// Writes"] {
+            assert!(pass.source.contains(heading), "{}: {heading}", pass.name);
+        }
+    }
+}
