@@ -2,4 +2,6 @@
 
 mod gpu;
 mod layout;
+mod quality;
+mod sequence;
 mod shaders;

@@ -1,0 +1,208 @@
+//! A small analytic scene with known truth: two walls, a floor with a sharp shadow, sky above; a camera that may move.
+
+use crate::gpu::{blank, download, gpu, upload};
+use glam::{Vec2, Vec3, camera::rh};
+use quell::{Camera, Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode, Settings};
+use rand::{Rng, SeedableRng, rngs::StdRng};
+use wgpu::TextureFormat as Format;
+
+/// One frame on the CPU. `truth` is what radiance converges to.
+#[derive(Clone)]
+pub struct Frame {
+    pub size: [u32; 2],
+    pub camera: Camera,
+    pub radiance: Vec<[f32; 4]>,
+    pub albedo: Vec<[f32; 4]>,
+    pub normal: Vec<[f32; 4]>,
+    pub depth: Vec<f32>,
+    pub motion: Vec<[f32; 2]>,
+    pub id: Vec<u32>,
+    pub samples: Vec<u32>,
+    pub truth: Vec<[f32; 3]>,
+}
+
+/// A frame's images on the GPU.
+pub struct Images {
+    pub radiance: wgpu::TextureView,
+    pub albedo: wgpu::TextureView,
+    pub normal: wgpu::TextureView,
+    pub depth: wgpu::TextureView,
+    pub motion: wgpu::TextureView,
+    pub id: wgpu::TextureView,
+    pub samples: wgpu::TextureView,
+    pub output: wgpu::TextureView,
+}
+
+impl Frame {
+    pub fn upload(&self) -> Images {
+        let half = |texels: &[[f32; 4]]| -> Vec<[half::f16; 4]> {
+            texels.iter().map(|t| t.map(half::f16::from_f32)).collect()
+        };
+        Images {
+            radiance: upload(self.size, Format::Rgba32Float, &self.radiance),
+            albedo: upload(self.size, Format::Rgba16Float, &half(&self.albedo)),
+            normal: upload(self.size, Format::Rgba16Float, &half(&self.normal)),
+            depth: upload(self.size, Format::R32Float, &self.depth),
+            motion: upload(self.size, Format::Rg32Float, &self.motion),
+            id: upload(self.size, Format::R32Uint, &self.id),
+            samples: upload(self.size, Format::R32Uint, &self.samples),
+            output: blank(self.size, Format::Rgba16Float),
+        }
+    }
+}
+
+impl Images {
+    pub fn inputs(&self, camera: Camera, history: HistoryMode) -> FrameInputs<'_> {
+        FrameInputs {
+            radiance: &self.radiance,
+            albedo: &self.albedo,
+            normal_roughness: &self.normal,
+            depth: &self.depth,
+            motion: &self.motion,
+            surface_id: Some(&self.id),
+            emission: None,
+            sample_count: Some(&self.samples),
+            camera,
+            history,
+            output: &self.output,
+            debug: None,
+            timestamps: None,
+        }
+    }
+}
+
+/// Denoises one frame and reads the output back.
+pub fn denoise(denoiser: &mut Denoiser, frame: &Frame, settings: &Settings) -> Vec<[f32; 3]> {
+    let images = frame.upload();
+    let inputs = images.inputs(frame.camera, HistoryMode::Continue);
+    submit(denoiser, &inputs, settings);
+    read_output(&images.output)
+}
+
+pub fn submit(denoiser: &mut Denoiser, inputs: &FrameInputs<'_>, settings: &Settings) {
+    let gpu = gpu();
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    denoiser.encode(&gpu.device, &gpu.queue, &mut encoder, inputs, settings).unwrap();
+    gpu.queue.submit([encoder.finish()]);
+}
+
+pub fn read_output(output: &wgpu::TextureView) -> Vec<[f32; 3]> {
+    download::<[half::f16; 4]>(output).iter().map(|t| [t[0], t[1], t[2]].map(f32::from)).collect()
+}
+
+pub fn denoiser(size: [u32; 2]) -> Denoiser {
+    let [width, height] = size;
+    Denoiser::new(&gpu().device, &DenoiserDescriptor { width, height }).unwrap()
+}
+
+/// Peak signal-to-noise ratio of images tonemapped by x / (1 + x), in dB.
+pub fn psnr(image: &[[f32; 3]], truth: &[[f32; 3]]) -> f64 {
+    assert_eq!(image.len(), truth.len());
+    let tonemap = |x: f32| f64::from(x) / (1.0 + f64::from(x));
+    let squares = image.iter().flatten().zip(truth.iter().flatten()).map(|(&a, &b)| {
+        assert!(a.is_finite() && b.is_finite(), "not finite: {a} against {b}");
+        (tonemap(a) - tonemap(b)).powi(2)
+    });
+    -10.0 * (squares.sum::<f64>() / (3 * image.len()) as f64).log10()
+}
+
+/// Looking into the room from `eye`, straight ahead.
+pub fn camera(eye: Vec3, [width, height]: [u32; 2]) -> Camera {
+    Camera {
+        view_from_world: rh::view::look_to_mat4(eye, Vec3::new(-0.15, -0.1, -1.0).normalize(), Vec3::Y),
+        clip_from_view: rh::proj::directx::perspective(1.0, width as f32 / height as f32, 0.1, 100.0),
+        jitter_px: Vec2::ZERO,
+    }
+}
+
+/// A frame at `eye`, with motion from `previous`; noise from `seed`, one sample a pixel.
+pub fn frame(size: [u32; 2], eye: Vec3, previous: Vec3, seed: u64) -> Frame {
+    let mut random = StdRng::seed_from_u64(seed);
+    let camera_now = camera(eye, size);
+    let clip_before = camera(previous, size);
+    let clip_before = clip_before.clip_from_view * clip_before.view_from_world;
+    let [width, height] = size;
+    let mut frame = Frame {
+        size,
+        camera: camera_now,
+        radiance: vec![],
+        albedo: vec![],
+        normal: vec![],
+        depth: vec![],
+        motion: vec![],
+        id: vec![],
+        samples: vec![1; (width * height) as usize],
+        truth: vec![],
+    };
+    let world_from_clip = (camera_now.clip_from_view * camera_now.view_from_world).inverse();
+    for y in 0..height {
+        for x in 0..width {
+            let uv = Vec2::new((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32);
+            let far = world_from_clip.project_point3(Vec3::new(2.0 * uv.x - 1.0, 1.0 - 2.0 * uv.y, 0.5));
+            let hit = intersect(eye, (far - eye).normalize());
+            let shade = hit.map_or(Shade::SKY, |(position, surface)| shade(position, surface));
+            let position = hit.map_or(far, |(position, _)| position);
+            let before = clip_before.project_point3(position);
+            let uv_before = Vec2::new(0.5 + 0.5 * before.x, 0.5 - 0.5 * before.y);
+            let view_z = camera_now.view_from_world.transform_point3(position).z;
+            let radiance = shade.albedo * shade.irradiance;
+            // One sample sees the light with chance 0.4: unbiased, and as noisy as path tracing.
+            let seen = if random.random_bool(0.4) { 2.5 } else { 0.0 };
+            let noisy = if hit.is_some() { radiance * seen } else { radiance };
+            frame.radiance.push(noisy.extend(1.0).to_array());
+            frame.albedo.push(shade.albedo.extend(1.0).to_array());
+            frame.normal.push(shade.normal.extend(1.0).to_array());
+            frame.depth.push(if hit.is_some() { -view_z } else { f32::INFINITY });
+            frame.motion.push((uv_before - uv).to_array());
+            frame.id.push(shade.id);
+            frame.truth.push(radiance.to_array());
+        }
+    }
+    frame
+}
+
+struct Shade {
+    albedo: Vec3,
+    irradiance: Vec3,
+    normal: Vec3,
+    id: u32,
+}
+
+impl Shade {
+    const SKY: Self = Self { albedo: Vec3::ONE, irradiance: Vec3::new(0.3, 0.5, 0.8), normal: Vec3::ZERO, id: 0 };
+}
+
+/// Normal and distance of each plane: floor, back wall, left wall.
+const PLANES: [(Vec3, f32); 3] = [(Vec3::Y, 0.0), (Vec3::Z, -6.0), (Vec3::X, -3.0)];
+const WALL_HEIGHT: f32 = 3.0;
+
+fn intersect(eye: Vec3, direction: Vec3) -> Option<(Vec3, usize)> {
+    let hits = PLANES.iter().enumerate().filter_map(|(surface, &(normal, distance))| {
+        let t = (distance - normal.dot(eye)) / normal.dot(direction);
+        let position = eye + t * direction;
+        (t > 0.0 && position.y < WALL_HEIGHT).then_some((t, position, surface))
+    });
+    hits.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, position, surface)| (position, surface))
+}
+
+fn shade(p: Vec3, surface: usize) -> Shade {
+    let checker = ((p.x * 2.0).floor() + (p.y * 2.0).floor() + (p.z * 2.0).floor()).rem_euclid(2.0);
+    let lamp = Vec3::new(0.5, 2.5, -3.0) - p;
+    let lit = 2.0 * lamp.normalize().dot(PLANES[surface].0).max(0.0) / (0.5 + lamp.length_squared());
+    let sun = if surface == 0 && p.x + 0.5 * p.z > -1.5 { 0.8 } else { 0.0 };
+    Shade {
+        albedo: Vec3::new(0.7, 0.6, 0.5) * (0.35 + 0.65 * checker),
+        irradiance: Vec3::new(1.0, 0.9, 0.7) * (lit + 0.1) + Vec3::new(1.0, 0.95, 0.9) * sun,
+        normal: PLANES[surface].0,
+        id: surface as u32 + 1,
+    }
+}
+
+/// A walk of `count` frames with `step` of movement each.
+pub fn walk(size: [u32; 2], count: u32, step: Vec3, seed: u64) -> impl Iterator<Item = Frame> {
+    let start = Vec3::new(0.0, 1.4, 1.0);
+    (0..count).map(move |i| {
+        let at = |i: u32| start + step * i as f32;
+        frame(size, at(i), at(i.saturating_sub(1)), seed.wrapping_mul(1_000_003) + u64::from(i))
+    })
+}
