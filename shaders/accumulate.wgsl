@@ -1,10 +1,11 @@
 // accumulate: the weighted temporal sample. This frame's sample joins the history of its surface.
 //
-// Reads   signal, guide; reprojected history and variance.
+// Reads   signal, guide; reprojected history and noise.
 // Writes  history: temporal mean of demodulated radiance, effective sample count in w
-//         variance: variance of one sample's luminance
+//         noise: variance of one sample's luminance, and a deviation with the variance of the temporal mean
 // Source  incremental weighted mean and variance: West, "Updating mean and variance estimates", CACM 1979; spatial
-//         fall-back for short histories: Schied et al. 2017, section 4.2
+//         fall-back for short histories: Schied et al. 2017, section 4.2; deviations with flipped signs: the wild bootstrap,
+//         Wu, "Jackknife, Bootstrap and Other Resampling Methods in Regression Analysis", 1986
 
 //!include frame numbers surface
 
@@ -12,9 +13,9 @@
 @group(0) @binding(1) var signal: texture_2d<f32>;
 @group(0) @binding(2) var guide: texture_2d<u32>;
 @group(0) @binding(3) var reprojected: texture_2d<f32>;
-@group(0) @binding(4) var reprojected_variance: texture_2d<f32>;
+@group(0) @binding(4) var reprojected_noise: texture_2d<f32>;
 @group(0) @binding(5) var history: texture_storage_2d<rgba16float, write>;
-@group(0) @binding(6) var variance: texture_storage_2d<r32float, write>;
+@group(0) @binding(6) var noise: texture_storage_2d<rg32float, write>;
 
 // Below this many samples a pixel's own variance means nothing, and its neighbours' spread is used.
 const LEAST_SAMPLES = 4.0;
@@ -27,27 +28,32 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let sample = textureLoad(signal, id.xy, 0);
     let old = textureLoad(reprojected, id.xy, 0);
-    var v = textureLoad(reprojected_variance, id.xy, 0).x;
+    let old_noise = textureLoad(reprojected_noise, id.xy, 0).xy;
 
     // A pixel traced k times this frame enters with weight k; without samples the history stays as it is.
     let k = sample.w;
     let count = min(old.w, max(frame.max_history - k, 0.0)) + k;
     if k == 0.0 {
         textureStore(history, id.xy, vec4(old.rgb, min(old.w, frame.max_history)));
-        textureStore(variance, id.xy, vec4(v));
+        textureStore(noise, id.xy, vec4(old_noise, 0.0, 0.0));
         return;
     }
     let alpha = k / count;
     let mean = mix(old.rgb, sample.rgb, alpha);
+    let d = luminance(sample.rgb) - luminance(old.rgb);
+    var v = 0.0;
     if count < LEAST_SAMPLES {
         v = spatial_variance(id.xy);
     } else {
         // Unbiased where v was: E[d^2] = v (1/k + 1/(count - k)), so (1 - alpha) k d^2 estimates v.
-        let d = luminance(sample.rgb) - luminance(old.rgb);
-        v = (1.0 - alpha) * (v + alpha * k * d * d);
+        v = (1.0 - alpha) * (old_noise.x + alpha * k * d * d);
     }
-    textureStore(history, id.xy, vec4(dither_to_half(mean, id.xy, frame.seed + 1u), count));
-    textureStore(variance, id.xy, vec4(v));
+    // The same recursion and the same resampling as the mean's, on what is new in each sample with alternating sign: the
+    // signal cancels, the noise stays. So its square is the mean's variance, however history was blended and resampled.
+    let flip = select(-1.0, 1.0, (frame.index & 1u) == 0u);
+    let deviation = (1.0 - alpha) * old_noise.y + flip * alpha * sqrt(1.0 - alpha) * d;
+    textureStore(history, id.xy, vec4(dither_to_half(mean, id.xy, 2u * frame.index + 1u), count));
+    textureStore(noise, id.xy, vec4(v, deviation, 0.0, 0.0));
 }
 
 // Variance of one sample from the spread of this frame's samples over the same surface.

@@ -1,6 +1,6 @@
 // compose: mixes prediction and temporal mean by their estimated errors, and makes radiance of it again.
 //
-// Reads   guide, prediction, history, variance; the caller's radiance (at misses), albedo, emission.
+// Reads   guide, prediction, history; the caller's radiance (at misses), albedo, emission.
 // Writes  output: the caller's image; mix_weight: share of the temporal mean
 // Source  shrinkage towards a model by estimated risk: James and Stein, "Estimation with Quadratic Loss", 1961
 
@@ -10,12 +10,11 @@
 @group(0) @binding(1) var guide: texture_2d<u32>;
 @group(0) @binding(2) var prediction: texture_2d<f32>;
 @group(0) @binding(3) var history: texture_2d<f32>;
-@group(0) @binding(4) var variance: texture_2d<f32>;
-@group(0) @binding(5) var radiance: texture_2d<f32>;
-@group(0) @binding(6) var albedo: texture_2d<f32>;
-@group(0) @binding(7) var emission: texture_2d<f32>;
-@group(0) @binding(8) var output: texture_storage_2d<rgba16float, write>;
-@group(0) @binding(9) var mix_weight: texture_storage_2d<r32float, write>;
+@group(0) @binding(4) var radiance: texture_2d<f32>;
+@group(0) @binding(5) var albedo: texture_2d<f32>;
+@group(0) @binding(6) var emission: texture_2d<f32>;
+@group(0) @binding(7) var output: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(8) var mix_weight: texture_storage_2d<r32float, write>;
 
 const RADIUS = 2;       // pixels; the errors are means over 5x5 of one surface
 const SIDE = 12;        // workgroup and border
@@ -45,7 +44,7 @@ fn compose(
     let cell = (i32(local.y) + RADIUS) * SIDE + i32(local.x) + RADIUS;
     if depths[cell] <= 0.0 {
         let seen = textureLoad(radiance, id.xy, 0).rgb;
-        textureStore(output, id.xy, vec4(select(vec3(0.0), seen, all_finite(seen)), 1.0));
+        textureStore(output, id.xy, vec4(clamp(select(vec3(0.0), seen, all_finite(seen)), vec3(0.0), vec3(HALF_MAX)), 1.0));
         textureStore(mix_weight, id.xy, vec4(1.0));
         return;
     }
@@ -70,12 +69,9 @@ fn load_cell(cell: i32, pixel: vec2<i32>) {
     depths[cell] = surface.depth;
     ids[cell] = surface.id;
     positions[cell] = position_of(frame, frame.current, vec2<f32>(pixel), surface.depth);
-    let count = textureLoad(history, pixel, 0).w;
-    let distance = textureLoad(prediction, pixel, 0).w;
-    errors[cell] = vec2(distance * distance, textureLoad(variance, pixel, 0).x / max(count, 1e-3));
-    if count <= 0.0 {
-        errors[cell].y = -1.0;
-    }
+    let predicted = textureLoad(prediction, pixel, 0);
+    let distance = luminance(textureLoad(history, pixel, 0).rgb - predicted.rgb);
+    errors[cell] = vec2(distance * distance, select(-1.0, predicted.w * predicted.w, predicted.w >= 0.0));
 }
 
 // Mean and model differ by the model's error and by the mean's noise: what is left of the squared distance D after the

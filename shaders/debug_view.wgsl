@@ -1,6 +1,6 @@
 // debug_view: one of the frame's inner images, as a picture.
 //
-// Reads   guide, motion, prediction, history, variance, mix_weight.
+// Reads   guide, motion, prediction, history, mix_weight.
 // Writes  debug: the caller's image
 
 //!include frame numbers surface
@@ -10,9 +10,8 @@
 @group(0) @binding(2) var motion: texture_2d<f32>;
 @group(0) @binding(3) var prediction: texture_2d<f32>;
 @group(0) @binding(4) var history: texture_2d<f32>;
-@group(0) @binding(5) var variance: texture_2d<f32>;
-@group(0) @binding(6) var mix_weight: texture_2d<f32>;
-@group(0) @binding(7) var debug: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(5) var mix_weight: texture_2d<f32>;
+@group(0) @binding(6) var debug: texture_storage_2d<rgba16float, write>;
 
 const VIEW_PREDICTION = 1u;
 const VIEW_TEMPORAL_MEAN = 2u;
@@ -50,8 +49,8 @@ fn picture(pixel: vec2<u32>, surface: Surface) -> vec3<f32> {
             return vec3(mean.w / frame.max_history);
         }
         case VIEW_STANDARD_ERROR: {
-            let v = textureLoad(variance, pixel, 0).x / max(mean.w, 1e-3);
-            return vec3(sqrt(v) / max(luminance(mean.rgb), 1e-6));
+            let error = max(textureLoad(prediction, pixel, 0).w, 0.0);
+            return vec3(error / max(luminance(mean.rgb), 1e-6));
         }
         case VIEW_MIX_WEIGHT: {
             return vec3(textureLoad(mix_weight, pixel, 0).x);

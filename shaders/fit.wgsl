@@ -29,6 +29,7 @@ fn fit(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocation_index
     load_tile(centre.xy, side, lane);
     workgroupBarrier();
     let total = window_total(tile_count);
+    workgroupBarrier(); // all have read the weights that are now replaced
     weigh_tile(total, tile_count, lane);
     workgroupBarrier();
     let weight = window_weight(tile_count);
@@ -46,7 +47,8 @@ fn fit(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocation_index
     workgroupBarrier();
     // An empty window solves a harmless system instead of leaving uniform control flow.
     ridge_solve(select(1.0, weight, weight > 0.0), lane);
-    write_model((centre.y * frame.centres.x + centre.x) * MODEL_STRIDE, weight, lane);
+    let gain = noise_gain(tile_count);
+    write_model((centre.y * frame.centres.x + centre.x) * MODEL_STRIDE, weight, gain, lane);
 }
 
 // Tiles outside the frame stay, with weight 0, so that all windows have one shape.
@@ -107,6 +109,18 @@ fn window_mean(column: u32, weight: f32, tile_count: u32) -> f32 {
     return select(0.0, sum / weight, weight > 0.0);
 }
 
+// How much less the temporal means vary than as many independent samples would: resampling averages over neighbours, and
+// an exponential mean of length n over more than n samples.
+fn noise_gain(tile_count: u32) -> f32 {
+    var found = 0.0;
+    var expected = 0.0;
+    for (var t = 0u; t < tile_count; t++) {
+        found += window[t][TILE_WEIGHT] * window[t][TILE_FOUND];
+        expected += window[t][TILE_WEIGHT] * window[t][TILE_EXPECTED];
+    }
+    return select(1.0, clamp(found / expected, 0.0, 1.0), expected > 0.0);
+}
+
 // Squares of the window about its mean: those of its tiles about theirs, plus those of the tiles' means.
 fn window_square(entry: u32, tile_count: u32) -> f32 {
     let ij = square_entry(entry);
@@ -129,9 +143,10 @@ fn tile_square(tile: u32, entry: u32) -> f32 {
     return tile_squares_high[tile * HALF_SQUARES + entry - HALF_SQUARES];
 }
 
-fn write_model(start: u32, weight: f32, lane: u32) {
+fn write_model(start: u32, weight: f32, gain: f32, lane: u32) {
     if lane == 0u {
         models[start + MODEL_WEIGHT] = weight;
+        models[start + MODEL_NOISE_GAIN] = gain;
     }
     if lane < COLUMNS {
         models[start + MODEL_MEAN + lane] = means[lane];

@@ -1,6 +1,6 @@
 // moments: weighted first and second moments of features and temporal means, per tile of 4x4 pixels.
 //
-// Reads   guide, history, variance.
+// Reads   guide, history, noise.
 // Writes  tile_means, tile_squares_low, tile_squares_high (layout: include/features)
 // Source  moments about each group's own mean, so that f32 holds: Chan, Golub and LeVeque, "Updating Formulae and a Pairwise
 //         Algorithm for Computing Sample Variances", 1979
@@ -10,7 +10,7 @@
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var guide: texture_2d<u32>;
 @group(0) @binding(2) var history: texture_2d<f32>;
-@group(0) @binding(3) var variance: texture_2d<f32>;
+@group(0) @binding(3) var noise: texture_2d<f32>;
 @group(0) @binding(4) var<storage, read_write> tile_means: array<f32>;
 @group(0) @binding(5) var<storage, read_write> tile_squares_low: array<f32>;
 @group(0) @binding(6) var<storage, read_write> tile_squares_high: array<f32>;
@@ -20,7 +20,7 @@ const GROUP_TILES = 4u; // 2x2 tiles a workgroup
 
 var<workgroup> columns: array<array<f32, COLUMNS>, 64>; // by tile, then pixel of the tile
 var<workgroup> weights: array<f32, 64>;
-var<workgroup> variances: array<f32, 64>;
+var<workgroup> noises: array<vec2<f32>, 64>;
 var<workgroup> means: array<array<f32, TILE_STRIDE>, GROUP_TILES>;
 
 @compute @workgroup_size(8, 8)
@@ -32,8 +32,8 @@ fn moments(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
     workgroupBarrier();
 
     let first = local_tile * TILE_PIXELS;
-    if member < TILE_STRIDE {
-        means[local_tile][member] = mean_entry(member, first);
+    for (var entry = member; entry < TILE_STRIDE; entry += TILE_PIXELS) {
+        means[local_tile][entry] = mean_entry(entry, first);
     }
     workgroupBarrier();
 
@@ -41,8 +41,8 @@ fn moments(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
         return;
     }
     let index = tile.y * frame.tiles.x + tile.x;
-    if member < TILE_STRIDE {
-        tile_means[index * TILE_STRIDE + member] = means[local_tile][member];
+    for (var entry = member; entry < TILE_STRIDE; entry += TILE_PIXELS) {
+        tile_means[index * TILE_STRIDE + entry] = means[local_tile][entry];
     }
     for (var entry = member; entry < SQUARES; entry += TILE_PIXELS) {
         let value = square(entry, local_tile, first);
@@ -57,7 +57,7 @@ fn moments(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
 // A pixel outside the frame, without a surface or without samples enters with weight 0.
 fn load_pixel(pixel: vec2<u32>, lane: u32) {
     weights[lane] = 0.0;
-    variances[lane] = 0.0;
+    noises[lane] = vec2(0.0);
     for (var i = 0u; i < COLUMNS; i++) {
         columns[lane][i] = 0.0;
     }
@@ -79,7 +79,7 @@ fn load_pixel(pixel: vec2<u32>, lane: u32) {
     // The mean of n samples has n times the certainty of one; how noisy one is here is judged per tile, in `fit`: a
     // weight from a pixel's own samples would favour those that happen to be dark.
     weights[lane] = mean.w;
-    variances[lane] = textureLoad(variance, pixel, 0).x;
+    noises[lane] = textureLoad(noise, pixel, 0).xy;
 }
 
 fn mean_entry(entry: u32, first: u32) -> f32 {
@@ -87,16 +87,34 @@ fn mean_entry(entry: u32, first: u32) -> f32 {
     var sum = 0.0;
     for (var i = first; i < first + TILE_PIXELS; i++) {
         weight += weights[i];
-        if entry == TILE_VARIANCE {
-            sum += weights[i] * variances[i];
-        } else if entry >= TILE_MEAN {
-            sum += weights[i] * columns[i][entry - TILE_MEAN];
-        }
+        sum += weights[i] * value_of(entry, i);
     }
     if entry == TILE_WEIGHT {
         return weight;
     }
     return select(0.0, sum / weight, weight > 0.0);
+}
+
+fn value_of(entry: u32, i: u32) -> f32 {
+    switch entry {
+        case TILE_WEIGHT: {
+            return 1.0;
+        }
+        case TILE_VARIANCE: {
+            return noises[i].x;
+        }
+        case TILE_FOUND: {
+            return noises[i].y * noises[i].y;
+        }
+        case TILE_EXPECTED: {
+            // v / n, and the share of it that deviations hold: the first sample deviates from nothing.
+            let n = max(weights[i], 1.0);
+            return noises[i].x * (n - 1.0) / (n * n);
+        }
+        default: {
+            return columns[i][entry - TILE_MEAN];
+        }
+    }
 }
 
 fn square(entry: u32, local_tile: u32, first: u32) -> f32 {

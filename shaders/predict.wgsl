@@ -1,7 +1,7 @@
 // predict: every pixel from the models whose windows hold it, weighted by a tent that ends at the window's border.
 //
-// Reads   guide, history, models.
-// Writes  prediction: predicted demodulated radiance, its distance from the temporal mean (luminance) in w
+// Reads   guide, history, noise, models.
+// Writes  prediction: predicted demodulated radiance; in w the standard error of the temporal mean, < 0 without samples
 // Source  Moon et al. 2015, section 4.3: overlapping predictions are averaged
 
 //!include frame numbers surface features
@@ -9,8 +9,9 @@
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var guide: texture_2d<u32>;
 @group(0) @binding(2) var history: texture_2d<f32>;
-@group(0) @binding(3) var<storage, read> models: array<f32>;
-@group(0) @binding(4) var prediction: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(3) var noise: texture_2d<f32>;
+@group(0) @binding(4) var<storage, read> models: array<f32>;
+@group(0) @binding(5) var prediction: texture_storage_2d<rgba16float, write>;
 
 // A workgroup is one cell of the grid of centres, so all its pixels read the same models.
 @compute @workgroup_size(8, 8)
@@ -27,6 +28,7 @@ fn predict(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) 
     let z = features(id.xy, surface, position_of(frame, frame.current, vec2<f32>(id.xy), surface.depth));
     let reach = f32(frame.window_radius * TILE) + 0.5 * f32(TILE);
     var sum = vec4(0.0);
+    var gain = 0.0;
     // The widest window (28 pixels about the middle of a cell's first tile) reaches one cell back and two ahead.
     for (var y = -1; y <= 2; y++) {
         for (var x = -1; x <= 2; x++) {
@@ -40,6 +42,7 @@ fn predict(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) 
             let start = (u32(centre.y) * frame.centres.x + u32(centre.x)) * MODEL_STRIDE;
             if weight > 0.0 && models[start + MODEL_WEIGHT] > 0.0 {
                 sum += weight * vec4(evaluate(start, z), 1.0);
+                gain += weight * models[start + MODEL_NOISE_GAIN];
             }
         }
     }
@@ -48,7 +51,11 @@ fn predict(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) 
     if sum.w > 0.0 {
         predicted = clamp(sum.rgb / sum.w, vec3(0.0), vec3(HALF_MAX));
     }
-    textureStore(prediction, id.xy, vec4(predicted, abs(luminance(mean.rgb - predicted))));
+    var standard_error = -1.0;
+    if mean.w > 0.0 && sum.w > 0.0 {
+        standard_error = sqrt(gain / sum.w * textureLoad(noise, id.xy, 0).x / mean.w);
+    }
+    textureStore(prediction, id.xy, vec4(predicted, min(standard_error, HALF_MAX)));
 }
 
 fn evaluate(start: u32, z: array<f32, FEATURES>) -> vec3<f32> {

@@ -1,7 +1,7 @@
 // reproject: fetches each pixel's history from where its surface was in the previous frame.
 //
-// Reads   guide, motion; the previous frame's guide, history and variance.
-// Writes  reprojected: history mean, effective sample count in w (0: no history); reprojected_variance
+// Reads   guide, motion; the previous frame's guide, history and noise.
+// Writes  reprojected: history mean, effective sample count in w (0: no history); reprojected_noise
 // Source  bilinear taps tested one by one: Schied et al., "Spatiotemporal Variance-Guided Filtering", HPG 2017, section
 //         4.1; cubic weights: Catmull and Rom 1974, as used for history in temporal anti-aliasing
 
@@ -12,9 +12,9 @@
 @group(0) @binding(2) var motion: texture_2d<f32>;
 @group(0) @binding(3) var previous_guide: texture_2d<u32>;
 @group(0) @binding(4) var previous_history: texture_2d<f32>;
-@group(0) @binding(5) var previous_variance: texture_2d<f32>;
+@group(0) @binding(5) var previous_noise: texture_2d<f32>;
 @group(0) @binding(6) var reprojected: texture_storage_2d<rgba16float, write>;
-@group(0) @binding(7) var reprojected_variance: texture_storage_2d<r32float, write>;
+@group(0) @binding(7) var reprojected_noise: texture_storage_2d<rg32float, write>;
 
 // Where the pixel's surface was: what a tap must look like to belong to it.
 struct Origin {
@@ -36,17 +36,14 @@ fn reproject(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= frame.size) {
         return;
     }
-    var history = vec4(0.0);
-    var variance = 0.0;
+    var fetched = Fetched(vec4(0.0), vec2(0.0));
     let surface = unpack_surface(textureLoad(guide, id.xy, 0));
     if has(frame, FLAG_HISTORY) && !is_miss(surface) {
-        let origin = find_origin(id.xy, surface);
-        let fetched = fetch(origin);
-        history = fetched.history;
-        variance = fetched.variance;
+        fetched = fetch(find_origin(id.xy, surface));
     }
-    textureStore(reprojected, id.xy, vec4(dither_to_half(history.rgb, id.xy, frame.seed), history.w));
-    textureStore(reprojected_variance, id.xy, vec4(variance));
+    let mean = dither_to_half(fetched.history.rgb, id.xy, 2u * frame.index);
+    textureStore(reprojected, id.xy, vec4(mean, fetched.history.w));
+    textureStore(reprojected_noise, id.xy, vec4(fetched.noise, 0.0, 0.0));
 }
 
 fn find_origin(pixel: vec2<u32>, surface: Surface) -> Origin {
@@ -98,14 +95,13 @@ fn tap_belongs(texel: vec2<i32>, origin: Origin) -> bool {
 
 struct Fetched {
     history: vec4<f32>,
-    variance: f32,
+    noise: vec2<f32>,
 }
 
 fn fetch(origin: Origin) -> Fetched {
     let base = vec2<i32>(floor(origin.texel));
     let f = origin.texel - floor(origin.texel);
-    var sum = vec4(0.0);
-    var variance = 0.0;
+    var sum = Fetched(vec4(0.0), vec2(0.0));
     var weight = 0.0;
     var all_valid = true;
     for (var i = 0; i < 4; i++) {
@@ -122,21 +118,24 @@ fn fetch(origin: Origin) -> Fetched {
         let tap = textureLoad(previous_history, base + step, 0);
         // A tap that was never sampled has a surface but no mean.
         if tap.w > 0.0 {
-            sum += w * tap;
-            variance += w * textureLoad(previous_variance, base + step, 0).x;
+            sum.history += w * tap;
+            sum.noise += w * textureLoad(previous_noise, base + step, 0).xy;
             weight += w;
         }
     }
     if weight < LEAST_WEIGHT {
-        return Fetched(vec4(0.0), 0.0);
+        return Fetched(vec4(0.0), vec2(0.0));
     }
-    var history = sum / weight;
+    var fetched = Fetched(sum.history / weight, sum.noise / weight);
     if all_valid && any(f > vec2(0.0)) {
         let sharp = fetch_catmull_rom(base, f, origin);
-        // Negative lobes may undershoot next to something bright; darker than black is not history.
-        history = vec4(select(history.rgb, max(sharp.rgb, vec3(0.0)), sharp.w > 0.0), history.w);
+        if sharp.valid {
+            // Negative lobes may undershoot next to something bright; darker than black is not history.
+            fetched.history = vec4(max(sharp.mean, vec3(0.0)), fetched.history.w);
+            fetched.noise.y = sharp.deviation;
+        }
     }
-    return Fetched(history, variance / weight);
+    return fetched;
 }
 
 fn catmull_rom_weights(f: f32) -> vec4<f32> {
@@ -150,11 +149,16 @@ fn catmull_rom_weights(f: f32) -> vec4<f32> {
     );
 }
 
-// The 4x4 cubic mean, w = 1; or w = 0 where a tap belongs to another surface or has no samples.
-fn fetch_catmull_rom(base: vec2<i32>, f: vec2<f32>, origin: Origin) -> vec4<f32> {
+struct Sharp {
+    mean: vec3<f32>,
+    deviation: f32, // takes the same weights as the mean, whose noise it stands for
+    valid: bool,    // all taps belong to the surface and have samples
+}
+
+fn fetch_catmull_rom(base: vec2<i32>, f: vec2<f32>, origin: Origin) -> Sharp {
     let wx = catmull_rom_weights(f.x);
     let wy = catmull_rom_weights(f.y);
-    var sum = vec3(0.0);
+    var sharp = Sharp(vec3(0.0), 0.0, false);
     for (var y = 0; y < 4; y++) {
         for (var x = 0; x < 4; x++) {
             let texel = base + vec2(x - 1, y - 1);
@@ -163,14 +167,16 @@ fn fetch_catmull_rom(base: vec2<i32>, f: vec2<f32>, origin: Origin) -> vec4<f32>
                 continue;
             }
             if !tap_belongs(texel, origin) {
-                return vec4(0.0);
+                return sharp;
             }
             let tap = textureLoad(previous_history, texel, 0);
             if tap.w == 0.0 {
-                return vec4(0.0);
+                return sharp;
             }
-            sum += w * tap.rgb;
+            sharp.mean += w * tap.rgb;
+            sharp.deviation += w * textureLoad(previous_noise, texel, 0).y;
         }
     }
-    return vec4(sum, 1.0);
+    sharp.valid = true;
+    return sharp;
 }

@@ -32,7 +32,7 @@ pub struct Denoiser {
 struct Scratch {
     signal: TextureView,
     reprojected: TextureView,
-    reprojected_variance: TextureView,
+    reprojected_noise: TextureView,
     prediction: TextureView,
     mix_weight: TextureView,
     tile_means: Buffer,
@@ -134,10 +134,10 @@ impl Denoiser {
 
     /// The frame, pass by pass.
     fn record(&self, recorder: &mut Recorder<'_>, inputs: &FrameInputs<'_>) {
-        let Scratch { signal, reprojected, reprojected_variance, prediction, mix_weight, .. } = &self.scratch;
+        let Scratch { signal, reprojected, reprojected_noise, prediction, mix_weight, .. } = &self.scratch;
         let Scratch { tile_means, tile_squares_low, tile_squares_high, models, .. } = &self.scratch;
         let (current, previous) = (self.history.current(), self.history.previous());
-        let (guide, history, variance) = (&current.guide, &current.mean, &current.variance);
+        let (guide, history, noise) = (&current.guide, &current.mean, &current.noise);
         let FrameInputs { radiance, albedo, normal_roughness, depth, motion, output, .. } = *inputs;
         let emission = inputs.emission.unwrap_or(&self.scratch.no_float);
         let surface_id = inputs.surface_id.unwrap_or(&self.scratch.no_uint);
@@ -166,20 +166,20 @@ impl Denoiser {
                 motion,
                 previous_guide: &previous.guide,
                 previous_history: &previous.mean,
-                previous_variance: &previous.variance,
+                previous_noise: &previous.noise,
                 reprojected,
-                reprojected_variance,
+                reprojected_noise,
             },
             self.size,
         );
         passes.accumulate.record(
             recorder,
-            &AccumulateViews { signal, guide, reprojected, reprojected_variance, history, variance },
+            &AccumulateViews { signal, guide, reprojected, reprojected_noise, history, noise },
             self.size,
         );
         passes.moments.record(
             recorder,
-            &MomentsViews { guide, history, variance, tile_means, tile_squares_low, tile_squares_high },
+            &MomentsViews { guide, history, noise, tile_means, tile_squares_low, tile_squares_high },
             self.size,
         );
         passes.fit.record(
@@ -187,26 +187,20 @@ impl Denoiser {
             &FitViews { tile_means, tile_squares_low, tile_squares_high, models },
             layout::centres(self.size),
         );
-        passes.predict.record(recorder, &PredictViews { guide, history, models, prediction }, self.size);
+        passes.predict.record(
+            recorder,
+            &PredictViews { guide, history, noise, models, prediction },
+            self.size,
+        );
         passes.compose.record(
             recorder,
-            &ComposeViews {
-                guide,
-                prediction,
-                history,
-                variance,
-                radiance,
-                albedo,
-                emission,
-                output,
-                mix_weight,
-            },
+            &ComposeViews { guide, prediction, history, radiance, albedo, emission, output, mix_weight },
             self.size,
         );
         if let Some((_, debug)) = inputs.debug {
             passes.debug_view.record(
                 recorder,
-                &DebugViewViews { guide, motion, prediction, history, variance, mix_weight, debug },
+                &DebugViewViews { guide, motion, prediction, history, mix_weight, debug },
                 self.size,
             );
         }
@@ -226,7 +220,7 @@ impl Denoiser {
             tiles: layout::tiles(self.size),
             centres: layout::centres(self.size),
             window_radius: settings.window_radius_tiles,
-            seed: self.frames.wrapping_mul(2),
+            index: self.frames,
             motion_scale: settings.motion_scale,
             max_history: settings.max_history,
             flags: flag(previous.is_some(), flags::HISTORY)
@@ -251,7 +245,7 @@ impl Scratch {
         Self {
             signal: image(device, "quell signal", size, half_rgba),
             reprojected: image(device, "quell reprojected", size, half_rgba),
-            reprojected_variance: image(device, "quell reprojected variance", size, float),
+            reprojected_noise: image(device, "quell reprojected noise", size, TextureFormat::Rg32Float),
             prediction: image(device, "quell prediction", size, half_rgba),
             mix_weight: image(device, "quell mix weight", size, float),
             tile_means: buffer(device, "quell tile means", buffers.tile_means),

@@ -10,8 +10,8 @@ pub(crate) struct HistoryImages {
     pub guide: TextureView,
     /// Temporal mean of demodulated radiance, effective sample count in w.
     pub mean: TextureView,
-    /// Variance of one sample's luminance.
-    pub variance: TextureView,
+    /// Variance of one sample's luminance, and a deviation with the variance of the mean.
+    pub noise: TextureView,
 }
 
 #[derive(Debug)]
@@ -25,7 +25,7 @@ impl History {
         let copy = || HistoryImages {
             guide: image(device, "quell guide", size, TextureFormat::Rgba32Uint),
             mean: image(device, "quell history", size, TextureFormat::Rgba16Float),
-            variance: image(device, "quell variance", size, TextureFormat::R32Float),
+            noise: image(device, "quell noise", size, TextureFormat::Rg32Float),
         };
         Self { copies: [copy(), copy()], current: 0 }
     }

@@ -45,16 +45,21 @@ fn square_entry(index: u32) -> vec2<u32> {
     return vec2(row, COLUMNS - 1u - (from_end - k * (k + 1u) / 2u));
 }
 
-// A tile in memory: weight, pooled variance, then means of the columns; its squares, about those means, in two halves,
-// because a 3840x2160 frame's would not fit one binding.
+// A tile in memory: weight, pooled variance of one sample, the mean's variance as found by bootstrap and as expected of
+// independent samples, then means of the columns. Its squares, about those means, are in two halves, because a 3840x2160
+// frame's would not fit one binding.
 const TILE_WEIGHT = 0u;
 const TILE_VARIANCE = 1u;
-const TILE_MEAN = 2u;
+const TILE_FOUND = 2u;
+const TILE_EXPECTED = 3u;
+const TILE_MEAN = 4u;
 const TILE_STRIDE = TILE_MEAN + COLUMNS;
 const HALF_SQUARES = (SQUARES + 1u) / 2u;
 
-// A model in memory: weight, means of the columns (its origin and its value there), then slopes per feature and channel.
+// A model in memory: weight, noise gain (found over expected variance), means of the columns (its origin and its value
+// there), then slopes per feature and channel.
 const MODEL_WEIGHT = 0u;
-const MODEL_MEAN = 1u;
+const MODEL_NOISE_GAIN = 1u;
+const MODEL_MEAN = 2u;
 const MODEL_SLOPE = MODEL_MEAN + COLUMNS;
 const MODEL_STRIDE = MODEL_SLOPE + FEATURES * CHANNELS;

@@ -22,7 +22,7 @@ struct Frame {
     tiles: vec2<u32>,       // of TILE x TILE pixels
     centres: vec2<u32>,     // model centres, one per CENTRE_STRIDE tiles
     window_radius: u32,     // tiles
-    seed: u32,              // frame number, for dithered rounding
+    index: u32,             // frames since creation, for dithering and alternation
     motion_scale: vec2<f32>,
     max_history: f32,
     flags: u32,

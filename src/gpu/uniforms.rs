@@ -61,7 +61,7 @@ pub struct FrameUniforms {
     pub tiles: [u32; 2],
     pub centres: [u32; 2],
     pub window_radius: u32,
-    pub seed: u32,
+    pub index: u32,
     pub motion_scale: [f32; 2],
     pub max_history: f32,
     pub flags: u32,

@@ -12,9 +12,9 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("signal", Kind::Texture),
         ("guide", Kind::TextureUint),
         ("reprojected", Kind::Texture),
-        ("reprojected_variance", Kind::Texture),
+        ("reprojected_noise", Kind::Texture),
         ("history", Kind::Storage(TextureFormat::Rgba16Float)),
-        ("variance", Kind::Storage(TextureFormat::R32Float)),
+        ("noise", Kind::Storage(TextureFormat::Rg32Float)),
     ],
     workgroup: [8, 8],
     covers: [8, 8],
@@ -27,9 +27,9 @@ pub struct AccumulateViews<'a> {
     pub signal: &'a TextureView,
     pub guide: &'a TextureView,
     pub reprojected: &'a TextureView,
-    pub reprojected_variance: &'a TextureView,
+    pub reprojected_noise: &'a TextureView,
     pub history: &'a TextureView,
-    pub variance: &'a TextureView,
+    pub noise: &'a TextureView,
 }
 
 /// The pass.
@@ -48,9 +48,9 @@ impl Accumulate {
             BindingResource::TextureView(views.signal),
             BindingResource::TextureView(views.guide),
             BindingResource::TextureView(views.reprojected),
-            BindingResource::TextureView(views.reprojected_variance),
+            BindingResource::TextureView(views.reprojected_noise),
             BindingResource::TextureView(views.history),
-            BindingResource::TextureView(views.variance),
+            BindingResource::TextureView(views.noise),
         ];
         self.0.record(recorder, &resources, extent);
     }

@@ -13,7 +13,6 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("motion", Kind::Texture),
         ("prediction", Kind::Texture),
         ("history", Kind::Texture),
-        ("variance", Kind::Texture),
         ("mix_weight", Kind::Texture),
         ("debug", Kind::Storage(TextureFormat::Rgba16Float)),
     ],
@@ -29,7 +28,6 @@ pub struct DebugViewViews<'a> {
     pub motion: &'a TextureView,
     pub prediction: &'a TextureView,
     pub history: &'a TextureView,
-    pub variance: &'a TextureView,
     pub mix_weight: &'a TextureView,
     pub debug: &'a TextureView,
 }
@@ -51,7 +49,6 @@ impl DebugView {
             BindingResource::TextureView(views.motion),
             BindingResource::TextureView(views.prediction),
             BindingResource::TextureView(views.history),
-            BindingResource::TextureView(views.variance),
             BindingResource::TextureView(views.mix_weight),
             BindingResource::TextureView(views.debug),
         ];

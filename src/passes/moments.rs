@@ -11,7 +11,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("frame", Kind::Frame),
         ("guide", Kind::TextureUint),
         ("history", Kind::Texture),
-        ("variance", Kind::Texture),
+        ("noise", Kind::Texture),
         ("tile_means", Kind::BufferMut),
         ("tile_squares_low", Kind::BufferMut),
         ("tile_squares_high", Kind::BufferMut),
@@ -26,7 +26,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
 pub struct MomentsViews<'a> {
     pub guide: &'a TextureView,
     pub history: &'a TextureView,
-    pub variance: &'a TextureView,
+    pub noise: &'a TextureView,
     pub tile_means: &'a Buffer,
     pub tile_squares_low: &'a Buffer,
     pub tile_squares_high: &'a Buffer,
@@ -47,7 +47,7 @@ impl Moments {
         let resources = [
             BindingResource::TextureView(views.guide),
             BindingResource::TextureView(views.history),
-            BindingResource::TextureView(views.variance),
+            BindingResource::TextureView(views.noise),
             views.tile_means.as_entire_binding(),
             views.tile_squares_low.as_entire_binding(),
             views.tile_squares_high.as_entire_binding(),

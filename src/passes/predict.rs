@@ -11,6 +11,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("frame", Kind::Frame),
         ("guide", Kind::TextureUint),
         ("history", Kind::Texture),
+        ("noise", Kind::Texture),
         ("models", Kind::Buffer),
         ("prediction", Kind::Storage(TextureFormat::Rgba16Float)),
     ],
@@ -24,6 +25,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
 pub struct PredictViews<'a> {
     pub guide: &'a TextureView,
     pub history: &'a TextureView,
+    pub noise: &'a TextureView,
     pub models: &'a Buffer,
     pub prediction: &'a TextureView,
 }
@@ -43,6 +45,7 @@ impl Predict {
         let resources = [
             BindingResource::TextureView(views.guide),
             BindingResource::TextureView(views.history),
+            BindingResource::TextureView(views.noise),
             views.models.as_entire_binding(),
             BindingResource::TextureView(views.prediction),
         ];

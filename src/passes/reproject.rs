@@ -13,9 +13,9 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("motion", Kind::Texture),
         ("previous_guide", Kind::TextureUint),
         ("previous_history", Kind::Texture),
-        ("previous_variance", Kind::Texture),
+        ("previous_noise", Kind::Texture),
         ("reprojected", Kind::Storage(TextureFormat::Rgba16Float)),
-        ("reprojected_variance", Kind::Storage(TextureFormat::R32Float)),
+        ("reprojected_noise", Kind::Storage(TextureFormat::Rg32Float)),
     ],
     workgroup: [8, 8],
     covers: [8, 8],
@@ -29,9 +29,9 @@ pub struct ReprojectViews<'a> {
     pub motion: &'a TextureView,
     pub previous_guide: &'a TextureView,
     pub previous_history: &'a TextureView,
-    pub previous_variance: &'a TextureView,
+    pub previous_noise: &'a TextureView,
     pub reprojected: &'a TextureView,
-    pub reprojected_variance: &'a TextureView,
+    pub reprojected_noise: &'a TextureView,
 }
 
 /// The pass.
@@ -51,9 +51,9 @@ impl Reproject {
             BindingResource::TextureView(views.motion),
             BindingResource::TextureView(views.previous_guide),
             BindingResource::TextureView(views.previous_history),
-            BindingResource::TextureView(views.previous_variance),
+            BindingResource::TextureView(views.previous_noise),
             BindingResource::TextureView(views.reprojected),
-            BindingResource::TextureView(views.reprojected_variance),
+            BindingResource::TextureView(views.reprojected_noise),
         ];
         self.0.record(recorder, &resources, extent);
     }

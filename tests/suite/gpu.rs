@@ -15,7 +15,8 @@ pub fn gpu() -> &'static Gpu {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
         adapters.sort_by_key(|adapter| adapter.get_info().device_type != wgpu::DeviceType::Cpu);
-        let adapter = adapters.first().expect("no adapter: `apt-get install mesa-vulkan-drivers` gives one on the CPU");
+        let adapter =
+            adapters.first().expect("no adapter: `apt-get install mesa-vulkan-drivers` gives one on the CPU");
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("quell tests"),
             required_features: wgpu::Features::empty(),
@@ -59,6 +60,7 @@ fn descriptor([width, height]: [u32; 2], format: wgpu::TextureFormat) -> wgpu::T
         wgpu::TextureFormat::Rgba16Float
             | wgpu::TextureFormat::Rgba32Float
             | wgpu::TextureFormat::R32Float
+            | wgpu::TextureFormat::Rg32Float
             | wgpu::TextureFormat::R32Uint
             | wgpu::TextureFormat::Rgba32Uint
     );
@@ -87,7 +89,11 @@ pub fn download<T: bytemuck::Pod>(view: &wgpu::TextureView) -> Vec<T> {
         texture.as_image_copy(),
         wgpu::TexelCopyBufferInfo {
             buffer: &buffer,
-            layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None },
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(padded),
+                rows_per_image: None,
+            },
         },
         texture.size(),
     );

@@ -26,11 +26,35 @@ macro_rules! mirror {
 fn frame_uniforms_match_the_wgsl() {
     let module = reflect("frame numbers");
     let view = mirror!(
-        ViewUniforms, view_from_world, scale, shift, offset, jitter, perspective, pad_0, pad_1, pad_2
+        ViewUniforms,
+        view_from_world,
+        scale,
+        shift,
+        offset,
+        jitter,
+        perspective,
+        pad_0,
+        pad_1,
+        pad_2
     );
     let frame = mirror!(
-        FrameUniforms, current, previous, eye_delta, far, size, tiles, centres, window_radius, seed,
-        motion_scale, max_history, flags, debug_view, pad_0, pad_1, pad_2,
+        FrameUniforms,
+        current,
+        previous,
+        eye_delta,
+        far,
+        size,
+        tiles,
+        centres,
+        window_radius,
+        index,
+        motion_scale,
+        max_history,
+        flags,
+        debug_view,
+        pad_0,
+        pad_1,
+        pad_2,
     );
     assert_eq!(members(&module, "View"), view);
     assert_eq!(members(&module, "Frame"), frame);

@@ -169,7 +169,8 @@ struct Shade {
 }
 
 impl Shade {
-    const SKY: Self = Self { albedo: Vec3::ONE, irradiance: Vec3::new(0.3, 0.5, 0.8), normal: Vec3::ZERO, id: 0 };
+    const SKY: Self =
+        Self { albedo: Vec3::ONE, irradiance: Vec3::new(0.3, 0.5, 0.8), normal: Vec3::ZERO, id: 0 };
 }
 
 /// Normal and distance of each plane: floor, back wall, left wall.
@@ -186,7 +187,8 @@ fn intersect(eye: Vec3, direction: Vec3) -> Option<(Vec3, usize)> {
 }
 
 fn shade(p: Vec3, surface: usize) -> Shade {
-    let checker = ((p.x * 2.0).floor() + (p.y * 2.0).floor() + (p.z * 2.0).floor()).rem_euclid(2.0);
+    let cell = (p * 2.0 + 0.25).floor();
+    let checker = (cell.x + cell.y + cell.z).rem_euclid(2.0);
     let lamp = Vec3::new(0.5, 2.5, -3.0) - p;
     let lit = 2.0 * lamp.normalize().dot(PLANES[surface].0).max(0.0) / (0.5 + lamp.length_squared());
     let sun = if surface == 0 && p.x + 0.5 * p.z > -1.5 { 0.8 } else { 0.0 };

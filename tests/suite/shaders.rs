@@ -19,7 +19,9 @@ fn every_shader_is_valid_without_any_capability() {
         std::fs::write(folder.join(format!("{}.wgsl", pass.name)), assemble(pass.source)).unwrap();
         naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty())
             .validate(&module)
-            .unwrap_or_else(|error| panic!("{}: {}", pass.name, error.emit_to_string(&assemble(pass.source))));
+            .unwrap_or_else(|error| {
+                panic!("{}: {}", pass.name, error.emit_to_string(&assemble(pass.source)))
+            });
     }
 }
 
@@ -88,6 +90,7 @@ fn kind(module: &naga::Module, variable: &naga::GlobalVariable) -> Kind {
                 StorageFormat::Rgba16Float => wgpu::TextureFormat::Rgba16Float,
                 StorageFormat::Rgba32Uint => wgpu::TextureFormat::Rgba32Uint,
                 StorageFormat::R32Float => wgpu::TextureFormat::R32Float,
+                StorageFormat::Rg32Float => wgpu::TextureFormat::Rg32Float,
                 other => panic!("format {other:?} is not used by any binding table"),
             })
         }

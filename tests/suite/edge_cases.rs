@@ -1,0 +1,326 @@
+//! What real applications do to a denoiser: odd sizes, broken pixels, cuts, resizes, wrong images.
+
+use crate::gpu::{blank, gpu};
+use crate::sequence::{Frame, denoise, denoiser, frame, psnr, read_output, submit, walk};
+use glam::{Mat4, Vec2, Vec3};
+use quell::{CreateError, Denoiser, DenoiserDescriptor, FrameError, FrameInputs, HistoryMode, Settings};
+use wgpu::TextureFormat as Format;
+
+const EYE: Vec3 = Vec3::new(0.0, 1.4, 1.0);
+const SIZE: [u32; 2] = [64, 48];
+
+fn assert_sound(output: &[[f32; 3]]) {
+    assert!(output.iter().flatten().all(|v| v.is_finite() && *v >= 0.0), "NaN, infinite or negative output");
+}
+
+#[test]
+fn odd_sizes_work() {
+    for size in [[1, 1], [1, 2], [2, 1], [17, 9], [191, 347]] {
+        let mut quell = denoiser(size);
+        for frame in walk(size, 3, Vec3::new(0.02, 0.0, 0.0), 3) {
+            let output = denoise(&mut quell, &frame, &Settings::default());
+            assert_eq!(output.len(), (size[0] * size[1]) as usize);
+            assert_sound(&output);
+        }
+    }
+}
+
+#[test]
+fn an_empty_size_is_refused() {
+    for (width, height) in [(0, 0), (0, 5), (5, 0)] {
+        let error = Denoiser::new(&gpu().device, &DenoiserDescriptor { width, height }).unwrap_err();
+        assert_eq!(error, CreateError::EmptySize { width, height });
+    }
+}
+
+#[test]
+fn a_size_beyond_the_device_names_limit_need_and_what_there_is() {
+    let descriptor = DenoiserDescriptor { width: 20_000, height: 4 };
+    let message = Denoiser::new(&gpu().device, &descriptor).unwrap_err().to_string();
+    for part in ["max_texture_dimension_2d", "8192", "20000"] {
+        assert!(message.contains(part), "{message}");
+    }
+}
+
+#[test]
+fn the_largest_promised_size_fits_default_limits() {
+    assert!(Denoiser::new(&gpu().device, &DenoiserDescriptor { width: 3840, height: 2160 }).is_ok());
+}
+
+/// NaN, infinite and negative radiance are repaired and never poison history.
+#[test]
+fn broken_pixels_are_repaired_and_forgotten() {
+    let clean = frame(SIZE, EYE, EYE, 1);
+    let mut broken = clean.clone();
+    let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -5.0];
+    for (i, pixel) in broken.radiance.iter_mut().enumerate().filter(|(i, _)| i % 7 == 0) {
+        pixel[i % 3] = bad[i % bad.len()];
+    }
+    for (i, pixel) in broken.albedo.iter_mut().enumerate().filter(|(i, _)| i % 11 == 0) {
+        *pixel = if i % 2 == 0 { [0.0; 4] } else { [f32::NAN; 4] };
+    }
+    for (i, pixel) in broken.normal.iter_mut().enumerate().filter(|(i, _)| i % 13 == 0) {
+        *pixel = if i % 2 == 0 { [0.0; 4] } else { [f32::NAN; 4] };
+    }
+    for (i, pixel) in broken.motion.iter_mut().enumerate().filter(|(i, _)| i % 17 == 0) {
+        *pixel = if i % 2 == 0 { [f32::NAN; 2] } else { [f32::INFINITY, 1e30] };
+    }
+    for (i, pixel) in broken.depth.iter_mut().enumerate().filter(|(i, _)| i % 19 == 0) {
+        *pixel = if i % 2 == 0 { f32::NAN } else { -1.0 };
+    }
+    let mut quell = denoiser(SIZE);
+    assert_sound(&denoise(&mut quell, &broken, &Settings::default()));
+    let mut last = vec![];
+    for seed in 2..14 {
+        last = denoise(&mut quell, &frame(SIZE, EYE, EYE, seed), &Settings::default());
+        assert_sound(&last);
+    }
+    let after = psnr(&last, &clean.truth);
+    assert!(after > 22.0, "history is poisoned: {after:.1} dB");
+}
+
+/// The largest number is a sample like any other: it must stay a number on its way through.
+#[test]
+fn the_largest_radiance_stays_finite() {
+    let mut bright = frame(SIZE, EYE, EYE, 1);
+    bright.radiance.fill([f32::MAX; 4]);
+    let mut quell = denoiser(SIZE);
+    for _ in 0..6 {
+        assert_sound(&denoise(&mut quell, &bright, &Settings::default()));
+    }
+}
+
+#[test]
+fn a_frame_of_misses_passes_through() {
+    let mut sky = frame(SIZE, EYE, EYE, 1);
+    sky.depth.fill(f32::INFINITY);
+    let mut quell = denoiser(SIZE);
+    let output = denoise(&mut quell, &sky, &Settings::default());
+    for (output, input) in output.iter().zip(&sky.radiance) {
+        for c in 0..3 {
+            assert!((output[c] - input[c]).abs() <= input[c] / 1024.0, "{output:?} {input:?}");
+        }
+    }
+    // `far` makes a miss as well, and the image recovers after it.
+    let near = Settings { far: 0.5, ..Settings::default() };
+    assert_sound(&denoise(&mut quell, &frame(SIZE, EYE, EYE, 2), &near));
+    let truth = frame(SIZE, EYE, EYE, 3);
+    assert!(psnr(&denoise(&mut quell, &truth, &Settings::default()), &truth.truth) > 25.0);
+}
+
+#[test]
+fn one_flat_surface_of_one_colour_stays_what_it_is() {
+    let mut flat = frame(SIZE, EYE, EYE, 1);
+    flat.depth.fill(3.0);
+    flat.normal.fill([0.0, 0.0, 1.0, 1.0]);
+    flat.albedo.fill([0.5, 0.5, 0.5, 1.0]);
+    flat.id.fill(1);
+    flat.radiance.fill([0.75, 0.5, 0.25, 1.0]);
+    let mut quell = denoiser(SIZE);
+    for _ in 0..4 {
+        let output = denoise(&mut quell, &flat, &Settings::default());
+        let worst = output.iter().flat_map(|o| [o[0] - 0.75, o[1] - 0.5, o[2] - 0.25]).map(f32::abs);
+        assert!(worst.fold(0.0, f32::max) < 2e-3);
+    }
+}
+
+/// Pixels without samples are predicted from the others, also in the first frame.
+#[test]
+fn pixels_without_samples_are_predicted() {
+    let mut sparse = frame(SIZE, EYE, EYE, 1);
+    let mut quell = denoiser(SIZE);
+    for (i, samples) in sparse.samples.iter_mut().enumerate() {
+        if i % 4 != 0 {
+            *samples = 0;
+            sparse.radiance[i] = [f32::NAN; 4]; // must not be looked at
+        }
+    }
+    // Misses are passed through: theirs is looked at.
+    for i in (0..sparse.radiance.len()).filter(|&i| !sparse.depth[i].is_finite()) {
+        let t = sparse.truth[i];
+        sparse.radiance[i] = [t[0], t[1], t[2], 1.0];
+    }
+    let output = denoise(&mut quell, &sparse, &Settings::default());
+    let quality = psnr(&output, &sparse.truth);
+    assert!(quality > 22.0, "{quality:.1} dB");
+}
+
+#[test]
+fn optional_images_may_be_missing() {
+    let frame = frame(SIZE, EYE, EYE, 1);
+    let images = frame.upload();
+    let mut quell = denoiser(SIZE);
+    let inputs = FrameInputs {
+        surface_id: None,
+        sample_count: None,
+        ..images.inputs(frame.camera, HistoryMode::Continue)
+    };
+    submit(&mut quell, &inputs, &Settings::default());
+    assert!(psnr(&read_output(&images.output), &frame.truth) > 25.0);
+}
+
+#[test]
+fn emission_is_kept_sharp() {
+    let mut frame = frame(SIZE, EYE, EYE, 1);
+    let pixels = (SIZE[0] * SIZE[1]) as usize;
+    let mut emission = vec![[half::f16::ZERO; 4]; pixels];
+    let lamp = 20 * SIZE[0] as usize + 30;
+    emission[lamp] = [half::f16::from_f32(50.0); 4];
+    (0..3).for_each(|c| frame.radiance[lamp][c] += 50.0);
+    let images = frame.upload();
+    let emission = crate::gpu::upload(SIZE, Format::Rgba16Float, &emission);
+    let inputs =
+        FrameInputs { emission: Some(&emission), ..images.inputs(frame.camera, HistoryMode::Continue) };
+    let mut quell = denoiser(SIZE);
+    submit(&mut quell, &inputs, &Settings::default());
+    let output = read_output(&images.output);
+    assert!(output[lamp][0] > 49.0);
+    assert!(output[lamp - 1][0] < 5.0 && output[lamp + 1][0] < 5.0, "the lamp bled into its neighbours");
+}
+
+/// After `Restart` a frame depends on nothing that came before.
+#[test]
+fn restart_forgets_everything() {
+    let other = frame(SIZE, EYE + Vec3::new(0.5, 0.0, 0.0), EYE, 9);
+    let this = frame(SIZE, EYE, EYE, 1);
+    let (mut used, mut fresh) = (denoiser(SIZE), denoiser(SIZE));
+    denoise(&mut used, &other, &Settings::default());
+    denoise(&mut fresh, &this, &Settings::default()); // the same number of frames: dithering depends on it
+    let images = [this.upload(), this.upload()];
+    for (denoiser, images) in [&mut used, &mut fresh].into_iter().zip(&images) {
+        submit(denoiser, &images.inputs(this.camera, HistoryMode::Restart), &Settings::default());
+    }
+    assert_eq!(read_output(&images[0].output), read_output(&images[1].output));
+    // And without it, it does.
+    denoise(&mut used, &other, &Settings::default());
+    let continued = denoise(&mut used, &this, &Settings::default());
+    assert_ne!(continued, read_output(&images[0].output));
+}
+
+#[test]
+fn resizing_up_and_down_starts_anew_at_the_new_size() {
+    let mut quell = denoiser(SIZE);
+    for size in [[96, 80], [33, 21], SIZE] {
+        let before = frame(quell.size(), EYE, EYE, 1);
+        denoise(&mut quell, &before, &Settings::default());
+        let [width, height] = size;
+        quell.resize(&gpu().device, &DenoiserDescriptor { width, height }).unwrap();
+        let next = frame(size, EYE, EYE, 2);
+        let output = denoise(&mut quell, &next, &Settings::default());
+        assert!(psnr(&output, &next.truth) > 25.0, "{size:?}");
+    }
+    let before = quell.size();
+    assert!(quell.resize(&gpu().device, &DenoiserDescriptor { width: 0, height: 1 }).is_err());
+    assert_eq!(quell.size(), before);
+}
+
+/// Two cameras with one set of pipelines see what each would see alone.
+#[test]
+fn two_denoisers_share_pipelines_and_nothing_else() {
+    let device = &gpu().device;
+    let (mut left, mut alone) = (denoiser(SIZE), denoiser(SIZE));
+    let [width, height] = [40, 40];
+    let mut right =
+        Denoiser::with_pipelines(device, &DenoiserDescriptor { width, height }, left.pipelines()).unwrap();
+    for (seed, frame) in walk(SIZE, 4, Vec3::new(0.02, 0.0, 0.0), 3).enumerate() {
+        let shared = denoise(&mut left, &frame, &Settings::default());
+        denoise(&mut right, &crate::sequence::frame([40, 40], EYE, EYE, seed as u64), &Settings::default());
+        assert_eq!(shared, denoise(&mut alone, &frame, &Settings::default()));
+    }
+}
+
+/// Several frames may be recorded before one submission.
+#[test]
+fn frames_recorded_into_one_encoder_are_the_frames_submitted_one_by_one() {
+    let frames: Vec<Frame> = walk(SIZE, 3, Vec3::new(0.02, 0.0, 0.0), 3).collect();
+    let mut one_by_one = denoiser(SIZE);
+    let expected: Vec<_> = frames.iter().map(|f| denoise(&mut one_by_one, f, &Settings::default())).collect();
+    let mut quell = denoiser(SIZE);
+    let images: Vec<_> = frames.iter().map(Frame::upload).collect();
+    let mut encoder = gpu().device.create_command_encoder(&Default::default());
+    for (frame, images) in frames.iter().zip(&images) {
+        let inputs = images.inputs(frame.camera, HistoryMode::Continue);
+        quell.encode(&gpu().device, &gpu().queue, &mut encoder, &inputs, &Settings::default()).unwrap();
+    }
+    gpu().queue.submit([encoder.finish()]);
+    for (images, expected) in images.iter().zip(&expected) {
+        assert_eq!(&read_output(&images.output), expected);
+    }
+}
+
+fn refusal(quell: &mut Denoiser, inputs: &FrameInputs<'_>, settings: &Settings) -> FrameError {
+    let mut encoder = gpu().device.create_command_encoder(&Default::default());
+    quell.encode(&gpu().device, &gpu().queue, &mut encoder, inputs, settings).unwrap_err()
+}
+
+#[test]
+fn wrong_images_are_named_and_history_stays() {
+    let frames: Vec<Frame> = walk(SIZE, 2, Vec3::new(0.02, 0.0, 0.0), 3).collect();
+    let (mut quell, mut undisturbed) = (denoiser(SIZE), denoiser(SIZE));
+    denoise(&mut quell, &frames[0], &Settings::default());
+    denoise(&mut undisturbed, &frames[0], &Settings::default());
+
+    let images = frames[1].upload();
+    let good = images.inputs(frames[1].camera, HistoryMode::Continue);
+    let small = blank([32, 48], Format::R32Float);
+    let wrong_format = blank(SIZE, Format::R32Float);
+    let unstorable = gpu()
+        .device
+        .create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width: SIZE[0], height: SIZE[1], depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: Format::Rgba16Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        })
+        .create_view(&Default::default());
+    let cases = [
+        (FrameInputs { depth: &small, ..good }, ["`depth`", "32x48", "64x48"]),
+        (FrameInputs { albedo: &wrong_format, ..good }, ["`albedo`", "R32Float", "Rgba16Float"]),
+        (FrameInputs { surface_id: Some(&wrong_format), ..good }, ["`surface_id`", "R32Float", "R32Uint"]),
+        (FrameInputs { output: &unstorable, ..good }, ["`output`", "STORAGE_BINDING", "TEXTURE_BINDING"]),
+    ];
+    for (inputs, parts) in &cases {
+        let message = refusal(&mut quell, inputs, &Settings::default()).to_string();
+        for part in parts {
+            assert!(message.contains(part), "{message}");
+        }
+    }
+    assert_eq!(
+        denoise(&mut quell, &frames[1], &Settings::default()),
+        denoise(&mut undisturbed, &frames[1], &Settings::default()),
+        "a refused frame changed history"
+    );
+}
+
+#[test]
+fn wrong_settings_and_cameras_are_named() {
+    let frame = frame(SIZE, EYE, EYE, 1);
+    let images = frame.upload();
+    let good = images.inputs(frame.camera, HistoryMode::Continue);
+    let mut quell = denoiser(SIZE);
+    let settings = [
+        (Settings { max_history: 0.0, ..Settings::default() }, "max_history"),
+        (Settings { max_history: f32::NAN, ..Settings::default() }, "max_history"),
+        (Settings { window_radius_tiles: 4, ..Settings::default() }, "window_radius_tiles"),
+        (Settings { far: -1.0, ..Settings::default() }, "far"),
+        (Settings { motion_scale: [f32::NAN, 1.0], ..Settings::default() }, "motion_scale"),
+    ];
+    for (settings, name) in settings {
+        assert!(refusal(&mut quell, &good, &settings).to_string().contains(name));
+    }
+    let mut cameras = [frame.camera; 4];
+    cameras[0].view_from_world *= 2.0;
+    cameras[1].clip_from_view = Mat4::ZERO;
+    cameras[2].clip_from_view.x_axis.x = f32::NAN;
+    cameras[3].jitter_px = Vec2::NAN;
+    for (camera, name) in
+        cameras.into_iter().zip(["view_from_world", "clip_from_view", "clip_from_view", "jitter_px"])
+    {
+        let message = refusal(&mut quell, &FrameInputs { camera, ..good }, &Settings::default()).to_string();
+        assert!(message.contains(name), "{message}");
+    }
+}
