@@ -1,4 +1,81 @@
-//! quell: a real-time temporal denoiser for low-spp path-traced frames, on wgpu.
+//! quell is a real-time temporal denoiser for low-spp path-traced frames, as compute passes on [`wgpu`].
+//!
+//! A renderer gives it noisy radiance and what it knows of the first hits (albedo, normal, depth, motion); quell gives
+//! denoised radiance back. One call integrates it: [`Denoiser::encode`] records passes into the caller's encoder. It never
+//! submits, blocks or maps; it needs no optional GPU feature and no more than WebGPU's default limits.
+//!
+//! ```no_run
+//! # fn frame(device: &wgpu::Device, queue: &wgpu::Queue, camera: quell::Camera, images: [&wgpu::TextureView; 6])
+//! # -> Result<(), Box<dyn std::error::Error>> {
+//! # let [radiance, albedo, normal_roughness, depth, motion, output] = images;
+//! use quell::{Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode, Settings};
+//!
+//! // Once, and again (or `resize`) when the render size changes:
+//! let mut denoiser = Denoiser::new(device, &DenoiserDescriptor { width: 1920, height: 1080 })?;
+//!
+//! // Every frame:
+//! let mut encoder = device.create_command_encoder(&Default::default());
+//! // ... record the path tracer, then:
+//! let inputs = FrameInputs {
+//!     radiance,         // Rgba16Float or Rgba32Float
+//!     albedo,           // Rgba8Unorm(Srgb) or Rgba16Float
+//!     normal_roughness, // Rgba16Float or Rgba8Snorm
+//!     depth,            // R32Float
+//!     motion,           // Rg16Float, Rg32Float or Rgba16Float
+//!     surface_id: None,
+//!     emission: None,
+//!     sample_count: None,
+//!     camera,
+//!     history: HistoryMode::Continue,
+//!     output,           // Rgba16Float
+//!     debug: None,
+//!     timestamps: None,
+//! };
+//! denoiser.encode(device, queue, &mut encoder, &inputs, &Settings::default())?;
+//! queue.submit([encoder.finish()]);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # A frame, step by step
+//!
+//! The method is sparse linear prediction: few linear models per frame, each fitted to the pixels of a window, predict all
+//! pixels. It follows Moon, Iglesias-Guitian, Yoon and Mitchell, "Adaptive Rendering with Linear Predictions" (SIGGRAPH
+//! 2015), carried into real time. Each pass is a file in `src/passes/` and a WGSL file of the same name in `shaders/`; what
+//! they share is in `shaders/include/`.
+//!
+//! 1. **prepare** repairs the inputs (NaN, infinity, negative radiance, zero albedo), takes emission out and divides by
+//!    albedo, so that what is filtered is close to irradiance; and packs the surface of each pixel into a *guide*.
+//! 2. **reproject** fetches each pixel's history from where motion says its surface was. Every tap must belong to the same
+//!    surface: its id, its normal and its distance from the surface's tangent plane decide. Where all 4x4 taps do, the fetch
+//!    is bicubic (Catmull-Rom) and stays sharp.
+//! 3. **accumulate** adds this frame's samples, weighted by their number, to the temporal mean. Beside it ride the variance
+//!    of one sample, and a deviation that takes the same path as the mean but with alternating signs: its square tells how
+//!    noisy the mean still is, after all blending and resampling.
+//! 4. **moments** sums, for each tile of 4x4 pixels, the weighted first and second moments of features (normal, position,
+//!    1/albedo, surface id, pixel position) and colour.
+//! 5. **fit** merges the moments of the tiles in each centre's window and solves a ridge regression. A few thousand numbers
+//!    go in, no pixel is read twice, and the result is exactly that of recursive least squares over the pixels.
+//! 6. **predict** evaluates, per pixel, the models whose windows hold it, and blends them by a tent.
+//! 7. **compose** compares prediction and temporal mean. What they differ by beyond the mean's noise is the models' error;
+//!    it decides how the two are mixed: smooth where the models hold, sharp where no feature explains what is seen, such as a
+//!    shadow's edge. Then albedo and emission come back.
+//! 8. **debug_view** shows one of these steps, on request.
+//!
+//! On a still view the result converges to the converged image, because the mean's noise falls and the mix follows.
+//!
+//! # Integration notes
+//!
+//! - **Colour**: everything is scene-linear. Denoise before exposure, bloom and tonemapping.
+//! - **Motion**: [`Settings::motion_scale`] turns yours into UV, y down. `uv_prev = uv + motion`: the vector points to where
+//!   the surface *was*. The debug views [`DebugView::Motion`] and [`DebugView::HistoryLength`] show at once when it is wrong:
+//!   history is then black wherever the camera moves.
+//! - **Cuts**: say [`HistoryMode::Restart`]. **Resizes**: [`Denoiser::resize`].
+//! - **Several cameras**: one [`Denoiser`] each, with shared [`Pipelines`].
+//! - **Limits of this version**: history follows surfaces, so reflections in curved mirrors smear under motion; a change of
+//!   the light fades in over [`Settings::max_history`] samples.
+
+#![warn(missing_docs)]
 
 mod denoiser;
 mod descriptor;

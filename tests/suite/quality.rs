@@ -90,7 +90,7 @@ fn light_does_not_bleed_between_surface_ids() {
         frame.depth[i] = 5.0;
         frame.truth[i] = [value; 3];
         // Mean 1, with no pattern along rows or columns.
-        let noise = if (i % SIZE[0] as usize + i / SIZE[0] as usize) % 3 == 0 { 2.0 } else { 0.5 };
+        let noise = if (i % SIZE[0] as usize + i / SIZE[0] as usize).is_multiple_of(3) { 2.0 } else { 0.5 };
         frame.radiance[i] = [value * noise, value * noise, value * noise, 1.0];
     }
     let mut quell = denoiser(SIZE);
