@@ -76,7 +76,8 @@ fn load_cell(cell: i32, pixel: vec2<i32>) {
 
 // Mean and model differ by the model's error and by the mean's noise: what is left of the squared distance D after the
 // variance V is the model's squared error B, and the best mix gives the mean B / (B + V) = 1 - V / D. Both are pooled: a
-// pixel's own variance is low just where its samples happen to be dark, and would keep them so.
+// pixel's own variance is low just where its samples happen to be dark, and would keep them so. The mean of m squares
+// deviates by sqrt(2 / m) of itself; what exceeds V by no more than that is taken for chance.
 fn temporal_share(cell: i32) -> f32 {
     if !has(frame, FLAG_MIX) || errors[cell].y < 0.0 {
         return 0.0;
@@ -86,6 +87,7 @@ fn temporal_share(cell: i32) -> f32 {
     centre.depth = depths[cell];
     centre.id = ids[cell];
     var sum = vec2(0.0);
+    var pooled = 0.0;
     for (var y = -RADIUS; y <= RADIUS; y++) {
         for (var x = -RADIUS; x <= RADIUS; x++) {
             let tap = cell + y * SIDE + x;
@@ -95,8 +97,9 @@ fn temporal_share(cell: i32) -> f32 {
             other.id = ids[tap];
             if same_surface(centre, other, positions[tap] - positions[cell]) && errors[tap].y >= 0.0 {
                 sum += errors[tap];
+                pooled += 1.0;
             }
         }
     }
-    return select(saturate(1.0 - sum.y / sum.x), 0.0, sum.x <= 0.0);
+    return select(saturate(1.0 - (1.0 + sqrt(2.0 / pooled)) * sum.y / sum.x), 0.0, sum.x <= 0.0);
 }

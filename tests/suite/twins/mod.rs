@@ -1,6 +1,7 @@
 //! Plain f64 versions of the passes with mathematics in them, written from the formulas, against the GPU.
 
 mod accumulate;
+mod compose;
 mod fit;
 mod moments;
 mod predict;
