@@ -2,3 +2,5 @@
 
 pub mod gbuffer;
 pub mod gpu;
+pub mod image;
+pub mod metrics;
