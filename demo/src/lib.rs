@@ -1,6 +1,9 @@
 //! The walkthrough demo of quell: scenes, a path tracer, captures, a window.
 
+pub mod capture;
 pub mod gbuffer;
 pub mod gpu;
 pub mod image;
+pub mod method;
 pub mod metrics;
+pub mod peers;

@@ -47,8 +47,8 @@ impl ImageRgb {
 
 /// Tonemaps a linear value by x / (1 + x) and encodes it as sRGB, in 0 to 1. Negative and NaN give 0, infinity 1.
 pub fn display_from_linear(linear: f32) -> f32 {
-    // `max` and `min` rather than `clamp`: they turn NaN into 0.
-    let x = linear.max(0.0).min(f32::MAX);
+    // Written as a comparison because it sends NaN to 0.
+    let x = if linear > 0.0 { linear.min(f32::MAX) } else { 0.0 };
     srgb_from_linear(x / (1.0 + x))
 }
 
