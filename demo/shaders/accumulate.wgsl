@@ -120,12 +120,12 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = id.xy;
     let raw = textureLoad(radiance, pixel, 0).rgb;
-    let sample = vec3(sanitise(raw.r), sanitise(raw.g), sanitise(raw.b));
+    let current = vec3(sanitise(raw.r), sanitise(raw.g), sanitise(raw.b));
     let d = textureLoad(depth, pixel, 0).r;
     if is_miss(d) {
-        textureStore(out_mean, pixel, vec4(sample, 0.0));
+        textureStore(out_mean, pixel, vec4(current, 0.0));
         textureStore(out_features, pixel, vec4(0u));
-        textureStore(output, pixel, vec4(sample, 1.0));
+        textureStore(output, pixel, vec4(current, 1.0));
         return;
     }
     let n = textureLoad(normal_roughness, pixel, 0).xyz;
@@ -147,10 +147,11 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
     var count = history.count;
     if textureLoad(sample_count, pixel, 0).r > 0u {
         count = min(count, params.max_history - 1.0) + 1.0;
-        mean += (sample - mean) / count;
+        mean += (current - mean) / count;
     }
     textureStore(out_mean, pixel, vec4(mean, count));
-    // The last component tells a surface from a miss and from a cleared texture.
-    textureStore(out_features, pixel, vec4(bitcast<u32>(d), pack_normal(normal), surface, 1u));
+    // The last component tells a surface with history from misses, cleared texels and pixels never traced.
+    let valid = select(0u, 1u, count > 0.0);
+    textureStore(out_features, pixel, vec4(bitcast<u32>(d), pack_normal(normal), surface, valid));
     textureStore(output, pixel, vec4(mean, 1.0));
 }
