@@ -231,11 +231,12 @@ fn pipeline(device: &wgpu::Device) -> wgpu::ComputePipeline {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::camera::rh::{proj::directx, view::look_at_mat4};
     use glam::{Vec2, Vec3};
 
     fn check_previous_depth(projection: Mat4) {
-        let view = Mat4::look_at_rh(Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO, Vec3::Y);
-        let previous = Mat4::look_at_rh(Vec3::new(1.2, 1.9, 3.4), Vec3::X, Vec3::Y);
+        let view = look_at_mat4(Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO, Vec3::Y);
+        let previous = look_at_mat4(Vec3::new(1.2, 1.9, 3.4), Vec3::X, Vec3::Y);
         let camera =
             quell::Camera { view_from_world: view, clip_from_view: projection, jitter_px: Vec2::ZERO };
         let (per_depth, constant) = previous_depth(&camera, previous);
@@ -250,8 +251,8 @@ mod tests {
 
     #[test]
     fn previous_depth_of_static_points() {
-        check_previous_depth(Mat4::perspective_rh(1.0, 1.6, 0.1, 100.0));
-        check_previous_depth(Mat4::perspective_infinite_reverse_rh(0.7, 0.8, 0.1));
-        check_previous_depth(Mat4::orthographic_rh(-3.0, 2.0, -1.0, 4.0, 0.1, 50.0));
+        check_previous_depth(directx::perspective(1.0, 1.6, 0.1, 100.0));
+        check_previous_depth(directx::perspective_infinite_reverse(0.7, 0.8, 0.1));
+        check_previous_depth(directx::orthographic(-3.0, 2.0, -1.0, 4.0, 0.1, 50.0));
     }
 }
