@@ -60,9 +60,9 @@ pub struct MethodRunner {
 
 #[derive(Debug)]
 enum State {
-    // Boxed: it is many times the size of the other.
+    // Both boxed: each is large, and they differ.
     Quell { denoiser: Box<Denoiser>, output: wgpu::TextureView },
-    Accumulate(Accumulate),
+    Accumulate(Box<Accumulate>),
 }
 
 impl MethodRunner {
@@ -78,7 +78,7 @@ impl MethodRunner {
             },
             // No denoising is accumulation that restarts with every frame.
             Method::Accumulate | Method::None => {
-                State::Accumulate(Accumulate::new(&gpu.device, width, height))
+                State::Accumulate(Box::new(Accumulate::new(&gpu.device, width, height)))
             }
         };
         Ok(Self { method, state })

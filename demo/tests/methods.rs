@@ -43,8 +43,8 @@ fn assert_pixel(found: [f32; 3], expected: [f32; 3]) {
 fn mean(frames: &[Frame], pixels: impl Iterator<Item = usize>) -> [f32; 3] {
     let mut sum = [0.0; 3];
     for (frame, pixel) in frames.iter().zip(pixels) {
-        for c in 0..3 {
-            sum[c] += frame.radiance[pixel][c] / frames.len() as f32;
+        for (sum, value) in sum.iter_mut().zip(frame.radiance[pixel]) {
+            *sum += value / frames.len() as f32;
         }
     }
     sum

@@ -59,9 +59,8 @@ pub fn frame(index: usize) -> Frame {
             frame.albedo[i].map(|a| a * 1.5)
         };
         frame.reference.as_mut().unwrap()[i] = truth;
-        for c in 0..3 {
-            frame.radiance[i][c] = if y < SKY { truth[c] } else { truth[c] * 2.0 * noise(index, i, c) };
-        }
+        frame.radiance[i] =
+            if y < SKY { truth } else { [0, 1, 2].map(|c| truth[c] * 2.0 * noise(index, i, c)) };
     }
     frame
 }
