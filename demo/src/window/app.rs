@@ -18,10 +18,21 @@ pub fn run<S: FrameSource>(
     options: WindowOptions,
     make_source: impl FnOnce(&Gpu) -> anyhow::Result<S>,
 ) -> Result<(), WindowError> {
-    let event_loop = EventLoop::new().map_err(|error| WindowError::NoDisplay(error.to_string()))?;
+    let event_loop = EventLoop::new().map_err(|error| no_display(&error))?;
     let mut app = App { options, make_source: Some(make_source), running: None, error: None };
     event_loop.run_app(&mut app).context("the window system failed")?;
     app.error.map_or(Ok(()), Err)
+}
+
+/// Without the place in the window library's source that its messages begin with.
+fn no_display(error: &dyn std::error::Error) -> WindowError {
+    let message = error.to_string();
+    WindowError::NoDisplay(
+        message
+            .rsplit_once(".rs:")
+            .map_or(message.as_str(), |(_, rest)| rest.split_once(": ").map_or(rest, |(_, reason)| reason))
+            .to_owned(),
+    )
 }
 
 struct App<S, F> {
@@ -41,9 +52,7 @@ impl<S: FrameSource, F: FnOnce(&Gpu) -> anyhow::Result<S>> App<S, F> {
         let attributes = Window::default_attributes()
             .with_title(&self.options.title)
             .with_inner_size(LogicalSize::new(self.options.size[0], self.options.size[1]));
-        let window = event_loop
-            .create_window(attributes)
-            .map_err(|error| WindowError::NoDisplay(error.to_string()))?;
+        let window = event_loop.create_window(attributes).map_err(|error| no_display(&error))?;
         let display = event_loop.owned_display_handle();
         self.running = Some(Running::new(window, display, &self.options, make_source)?);
         Ok(())

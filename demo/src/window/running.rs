@@ -45,7 +45,9 @@ pub struct Running<S> {
     frame_times_s: VecDeque<f32>,
     last_frame: Instant,
     frames: u64,
-    /// Where the image is, in pixels: left, top, width, height.
+    /// Part of the window that the panel leaves, in pixels: left, top, width, height.
+    image_area: [f32; 4],
+    /// Part of it that the image fills.
     image_rect: [f32; 4],
     cursor: Vec2,
 }
@@ -94,6 +96,7 @@ impl<S: FrameSource> Running<S> {
             frame_times_s: VecDeque::with_capacity(GRAPH_FRAMES),
             last_frame: Instant::now(),
             frames: 0,
+            image_area: [0.0; 4],
             image_rect: [0.0; 4],
             cursor: Vec2::ZERO,
         };
@@ -145,7 +148,8 @@ impl<S: FrameSource> Running<S> {
             }
             return false;
         }
-        let consumed = self.egui_state.on_window_event(&self.window, event).consumed;
+        // What it needs of an event egui knows itself; whether it also is ours depends on where the pointer is.
+        let _ = self.egui_state.on_window_event(&self.window, event);
         match event {
             WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => self.resize(),
             WindowEvent::Focused(false) => {
@@ -159,7 +163,7 @@ impl<S: FrameSource> Running<S> {
             WindowEvent::MouseInput { state, button, .. } => {
                 let pressed = *state == ElementState::Pressed;
                 // A release always counts, wherever it happens.
-                let pressed_here = pressed && !consumed && !context.is_pointer_over_egui();
+                let pressed_here = pressed && self.is_on_image(&context);
                 match button {
                     MouseButton::Right if pressed_here || !pressed => self.controls.looking = pressed,
                     MouseButton::Left if pressed_here || !pressed => {
@@ -172,6 +176,16 @@ impl<S: FrameSource> Running<S> {
             _ => {}
         }
         false
+    }
+
+    /// Whether the pointer is on the image, and not on the panel or a menu that hangs over the image.
+    fn is_on_image(&self, context: &egui::Context) -> bool {
+        let [left, top, width, height] = self.image_area;
+        let inside =
+            (left..left + width).contains(&self.cursor.x) && (top..top + height).contains(&self.cursor.y);
+        let scale = context.pixels_per_point();
+        let layer = context.layer_id_at(egui::pos2(self.cursor.x / scale, self.cursor.y / scale));
+        inside && layer.is_none_or(|layer| layer.order == egui::Order::Background)
     }
 
     fn drag_split(&mut self) {
@@ -331,6 +345,7 @@ impl<S: FrameSource> Running<S> {
                 .is_none_or(|(debug, _)| matches!(debug, DebugView::Prediction | DebugView::TemporalMean)),
         };
         let texture = shown.left.texture();
+        self.image_area = area;
         self.image_rect = letterbox([texture.width() as f32, texture.height() as f32], area);
         self.display.draw(&self.gpu.device, &self.gpu.queue, encoder, target, area, Some(&shown));
     }
