@@ -12,4 +12,6 @@ pub mod metrics;
 pub mod peers;
 pub mod replay;
 pub mod report;
+#[cfg(test)]
+mod shader_check;
 pub mod window;

@@ -150,12 +150,13 @@ fn ssim(a: &[[f32; 3]], b: &[[f32; 3]], width: usize, height: usize) -> f64 {
 
 /// Separable Gaussian mean; at the border the weights that are left are renormalised.
 fn gaussian(values: &[f64], width: usize, height: usize) -> Vec<f64> {
-    let weight = |offset: isize| (-0.5 * (offset as f64 / SSIM_SIGMA).powi(2)).exp();
+    let weights: [f64; 2 * SSIM_RADIUS + 1] =
+        std::array::from_fn(|i| (-0.5 * ((i as f64 - SSIM_RADIUS as f64) / SSIM_SIGMA).powi(2)).exp());
     let blur = |values: &[f64], length: usize, stride: usize, start: usize, out: &mut [f64]| {
         for i in 0..length {
             let (mut sum, mut total) = (0.0, 0.0);
             for j in i.saturating_sub(SSIM_RADIUS)..=(i + SSIM_RADIUS).min(length - 1) {
-                let w = weight(j as isize - i as isize);
+                let w = weights[j + SSIM_RADIUS - i];
                 sum += w * values[start + j * stride];
                 total += w;
             }

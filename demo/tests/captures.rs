@@ -8,7 +8,11 @@ use exr::prelude::{
 };
 use glam::Mat4;
 use half::f16;
-use quell_demo::capture::{CaptureError, CaptureHeader, CaptureReader, CaptureWriter, Frame, FrameInfo};
+use quell_demo::capture::{
+    CaptureError, CaptureHeader, CaptureReader, CaptureWriter, Frame, FrameInfo, download, gbuffer_for,
+    upload,
+};
+use quell_demo::gpu::Gpu;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use synthetic::{HEIGHT, WIDTH, edit_channels, edit_manifest, frame, header, info};
@@ -82,6 +86,24 @@ fn optional_images_may_be_missing_and_invalid_radiance_survives() {
     assert_eq!(read.radiance[3][1..], written.radiance[3][1..]);
     assert!(read.motion_depth.is_none() && read.roughness.is_none() && read.surface_id.is_none());
     assert!(read.emission.is_none() && read.samples.is_none() && read.reference.is_none());
+}
+
+/// What a tracer leaves on the GPU is what a capture holds, and what a replay puts back.
+#[test]
+fn frames_survive_the_way_to_the_gpu_and_back() {
+    let gpu = Gpu::new().expect("tests need a Vulkan driver");
+    for with_z in [true, false] {
+        let mut written = frame(1);
+        written.reference = None;
+        // Exact in half precision.
+        written.albedo.iter_mut().for_each(|albedo| *albedo = albedo.map(|a| f16::from_f32(a).to_f32()));
+        if !with_z {
+            written.motion_depth = None;
+        }
+        let mut gbuffer = gbuffer_for(&gpu.device, &frame(0));
+        upload(&gpu.device, &gpu.queue, &written, &mut gbuffer);
+        assert_eq!(download(&gpu, &gbuffer).unwrap(), written, "with motion.Z: {with_z}");
+    }
 }
 
 /// The channels of `frame(0)` as another program may write them: other sample types, extra channels.

@@ -20,12 +20,14 @@
 //! Matrices are column-major for column vectors, right-handed, view space looking down -z, clip depth 0 to 1.
 
 mod channels;
+mod download;
 mod error;
 mod manifest;
 mod reader;
 mod upload;
 mod writer;
 
+pub use download::download;
 pub use error::CaptureError;
 pub use reader::CaptureReader;
 pub use upload::{gbuffer_for, upload};

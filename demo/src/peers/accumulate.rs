@@ -255,4 +255,22 @@ mod tests {
         check_previous_depth(directx::perspective_infinite_reverse(0.7, 0.8, 0.1));
         check_previous_depth(directx::orthographic(-3.0, 2.0, -1.0, 4.0, 0.1, 50.0));
     }
+
+    #[test]
+    fn the_parameters_are_laid_out_as_in_the_shader() {
+        use std::mem::offset_of;
+        let module = crate::shader_check::validated(include_str!("../../shaders/accumulate.wgsl"));
+        let fields = [
+            ("size", offset_of!(Params, size)),
+            ("restart", offset_of!(Params, restart)),
+            ("has_motion_z", offset_of!(Params, has_motion_z)),
+            ("prev_depth_per_depth", offset_of!(Params, prev_depth_per_depth)),
+            ("prev_depth_constant", offset_of!(Params, prev_depth_constant)),
+            ("far", offset_of!(Params, far)),
+            ("max_history", offset_of!(Params, max_history)),
+            ("pad", offset_of!(Params, pad)),
+        ];
+        crate::shader_check::assert_layout(&module, "Params", &fields, size_of::<Params>());
+        assert_eq!(module.entry_points[0].workgroup_size, [WORKGROUP, WORKGROUP, 1]);
+    }
 }

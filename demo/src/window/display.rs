@@ -224,4 +224,20 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn the_parameters_are_laid_out_as_in_the_shader() {
+        use std::mem::offset_of;
+        let module = crate::shader_check::validated(include_str!("../../shaders/display.wgsl"));
+        let fields = [
+            ("size", offset_of!(Params, size)),
+            ("scale", offset_of!(Params, scale)),
+            ("split", offset_of!(Params, split)),
+            ("exposure", offset_of!(Params, exposure)),
+            ("tonemap", offset_of!(Params, tonemap)),
+            ("encode_srgb", offset_of!(Params, encode_srgb)),
+            ("line_width", offset_of!(Params, line_width)),
+        ];
+        crate::shader_check::assert_layout(&module, "Params", &fields, size_of::<Params>());
+    }
 }

@@ -6,6 +6,7 @@ mod display;
 mod free_flight;
 mod panel;
 mod running;
+mod ui_layer;
 mod view_state;
 
 pub use app::run;

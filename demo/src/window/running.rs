@@ -4,6 +4,7 @@ use super::controls::{Action, Controls, is_ours};
 use super::display::{DisplayPass, Shown, letterbox};
 use super::free_flight::FreeFlight;
 use super::panel::{GRAPH_FRAMES, PanelInfo, panel};
+use super::ui_layer::{PanelOutput, UiLayer};
 use super::{FrameImages, FrameRequest, FrameSource, ViewMode, ViewState, WindowOptions};
 use crate::gpu::Gpu;
 use crate::gpu_timer::GpuTimer;
@@ -30,8 +31,7 @@ pub struct Running<S> {
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
     display: DisplayPass,
-    egui_state: egui_winit::State,
-    egui_renderer: egui_wgpu::Renderer,
+    ui: UiLayer,
     source: S,
     timer: GpuTimer,
     view: ViewState,
@@ -66,15 +66,7 @@ impl<S: FrameSource> Running<S> {
         let gpu = Gpu::on(instance, Some(&surface))?;
         let config = configuration(&gpu, &surface)?;
         let display = DisplayPass::new(&gpu.device, config.format);
-        let egui_state = egui_winit::State::new(
-            egui::Context::default(),
-            egui::ViewportId::ROOT,
-            &window,
-            Some(window.scale_factor() as f32),
-            window.theme(),
-            Some(gpu.device.limits().max_texture_dimension_2d as usize),
-        );
-        let egui_renderer = egui_wgpu::Renderer::new(&gpu.device, config.format, Default::default());
+        let ui = UiLayer::new(&gpu, &window, config.format);
         let source = make_source(&gpu)?;
         let mut running = Self {
             timer: GpuTimer::new(&gpu.device, &gpu.queue, TIMED_PASSES),
@@ -84,8 +76,7 @@ impl<S: FrameSource> Running<S> {
             surface,
             config,
             display,
-            egui_state,
-            egui_renderer,
+            ui,
             source,
             view: options.view.clone(),
             controls: Controls::default(),
@@ -132,7 +123,7 @@ impl<S: FrameSource> Running<S> {
 
     /// Handles any other event; true to quit.
     pub fn handle(&mut self, event: &WindowEvent) -> bool {
-        let context = self.egui_state.egui_ctx().clone();
+        let context = self.ui.context().clone();
         if let WindowEvent::KeyboardInput { event: key, .. } = event
             && let PhysicalKey::Code(code) = key.physical_key
             && is_ours(code)
@@ -149,7 +140,7 @@ impl<S: FrameSource> Running<S> {
             return false;
         }
         // What it needs of an event egui knows itself; whether it also is ours depends on where the pointer is.
-        let _ = self.egui_state.on_window_event(&self.window, event);
+        self.ui.handle(&self.window, event);
         match event {
             WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => self.resize(),
             WindowEvent::Focused(false) => {
@@ -242,7 +233,7 @@ impl<S: FrameSource> Running<S> {
             self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         let images = self.render_source(&mut encoder, elapsed_s, ui.area)?;
         self.show(&mut encoder, &target_view, &images, ui.area);
-        let mut commands = self.draw_panel(&mut encoder, &target_view, ui);
+        let mut commands = self.ui.draw(&self.gpu, &mut encoder, &target_view, ui);
         self.timer.resolve(&mut encoder);
         commands.push(encoder.finish());
         self.gpu.queue.submit(commands);
@@ -273,23 +264,14 @@ impl<S: FrameSource> Running<S> {
     }
 
     fn run_panel(&mut self) -> PanelOutput {
-        let input = self.egui_state.take_egui_input(&self.window);
-        let context = self.egui_state.egui_ctx().clone();
         let info = PanelInfo {
             device: &self.device,
             status: &self.status,
             passes: self.timer.poll(&self.gpu.device),
             frame_times_s: &self.frame_times_s,
         };
-        let mut rest = egui::Rect::NOTHING;
-        let mut output = context.run_ui(input, |ui| rest = panel(ui, &mut self.view, &info));
-        let platform = std::mem::take(&mut output.platform_output);
-        self.egui_state.handle_platform_output(&self.window, platform);
-        let scale = output.pixels_per_point;
-        let (width, height) = (self.config.width as f32, self.config.height as f32);
-        let (left, top) = ((rest.left() * scale).clamp(0.0, width), (rest.top() * scale).clamp(0.0, height));
-        let (right, bottom) = ((rest.right() * scale).min(width), (rest.bottom() * scale).min(height));
-        PanelOutput { output, area: [left, top, (right - left).max(0.0), (bottom - top).max(0.0)] }
+        let size = [self.config.width, self.config.height];
+        self.ui.run(&self.window, size, |ui| panel(ui, &mut self.view, &info))
     }
 
     fn render_source(
@@ -349,49 +331,6 @@ impl<S: FrameSource> Running<S> {
         self.image_rect = letterbox([texture.width() as f32, texture.height() as f32], area);
         self.display.draw(&self.gpu.device, &self.gpu.queue, encoder, target, area, Some(&shown));
     }
-
-    fn draw_panel(
-        &mut self,
-        encoder: &mut wgpu::CommandEncoder,
-        target: &wgpu::TextureView,
-        ui: PanelOutput,
-    ) -> Vec<wgpu::CommandBuffer> {
-        let (device, queue) = (&self.gpu.device, &self.gpu.queue);
-        let mut output = ui.output;
-        let screen = egui_wgpu::ScreenDescriptor {
-            size_in_pixels: [self.config.width, self.config.height],
-            pixels_per_point: output.pixels_per_point,
-        };
-        for (id, deltas) in output.textures_delta.set.drain() {
-            for delta in deltas {
-                self.egui_renderer.update_texture(device, queue, id, &delta);
-            }
-        }
-        let shapes = std::mem::take(&mut output.shapes);
-        let jobs = self.egui_state.egui_ctx().tessellate(shapes, output.pixels_per_point);
-        let commands = self.egui_renderer.update_buffers(device, queue, encoder, &jobs, &screen);
-        let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("panel"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: target,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
-            })],
-            ..Default::default()
-        });
-        self.egui_renderer.render(&mut pass.forget_lifetime(), &jobs, &screen);
-        for id in output.textures_delta.free.drain() {
-            self.egui_renderer.free_texture(&id);
-        }
-        commands
-    }
-}
-
-struct PanelOutput {
-    output: egui::FullOutput,
-    /// What the panel leaves for the image, in pixels: left, top, width, height.
-    area: [f32; 4],
 }
 
 fn configuration(gpu: &Gpu, surface: &wgpu::Surface<'_>) -> Result<wgpu::SurfaceConfiguration> {
