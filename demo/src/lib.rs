@@ -1,4 +1,17 @@
 //! The walkthrough demo of quell: scenes, a path tracer, captures, a window.
 
+pub mod capture;
+pub mod cli;
+pub mod contact_sheet;
 pub mod gbuffer;
 pub mod gpu;
+pub mod gpu_timer;
+pub mod image;
+pub mod method;
+pub mod metrics;
+pub mod peers;
+pub mod replay;
+pub mod report;
+#[cfg(test)]
+mod shader_check;
+pub mod window;

@@ -1,0 +1,75 @@
+//! From a captured frame to the images on the GPU.
+
+use super::Frame;
+use crate::gbuffer::GBuffer;
+use crate::image::{half_from_f32, write_texture};
+use half::f16;
+use wgpu::TextureFormat;
+
+/// Images for frames like `frame`.
+///
+/// Where it has no `motion.Z`, motion is `Rg32Float`, which has no third component: a zero there would claim that
+/// no point's depth ever changes.
+pub fn gbuffer_for(device: &wgpu::Device, frame: &Frame) -> GBuffer {
+    let mut gbuffer = GBuffer::new(device, frame.width, frame.height);
+    if frame.motion_depth.is_none() {
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("motion"),
+            size: gbuffer.motion.texture().size(),
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: TextureFormat::Rg32Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::COPY_SRC
+                | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        gbuffer.motion = texture.create_view(&Default::default());
+    }
+    gbuffer
+}
+
+/// Writes `frame` into `gbuffer`, filling in the defaults of images that it lacks. Frames of one capture may differ
+/// in their optional images, so the motion image is made anew where it has to change its format.
+///
+/// # Panics
+/// Where the frame's size is not the images'.
+pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue, frame: &Frame, gbuffer: &mut GBuffer) {
+    assert_eq!((frame.width, frame.height), (gbuffer.width, gbuffer.height));
+    let has_z = gbuffer.motion.texture().format() == TextureFormat::Rgba16Float;
+    if has_z != frame.motion_depth.is_some() {
+        gbuffer.motion = gbuffer_for(device, frame).motion;
+    }
+    let pixels = frame.radiance.len();
+    let write_half = |view: &wgpu::TextureView, texels: Vec<[f32; 4]>| {
+        let half: Vec<[f16; 4]> = texels.into_iter().map(|texel| texel.map(half_from_f32)).collect();
+        write_texture(queue, view.texture(), &half);
+    };
+    let with =
+        |rgb: &[[f32; 3]], w: f32| -> Vec<[f32; 4]> { rgb.iter().map(|&[r, g, b]| [r, g, b, w]).collect() };
+
+    write_texture(queue, gbuffer.radiance.texture(), &with(&frame.radiance, 1.0));
+    write_half(&gbuffer.albedo, with(&frame.albedo, 1.0));
+    let mut normal_roughness = with(&frame.normal, 1.0);
+    for (texel, &roughness) in normal_roughness.iter_mut().zip(frame.roughness.iter().flatten()) {
+        texel[3] = roughness;
+    }
+    write_half(&gbuffer.normal_roughness, normal_roughness);
+    write_texture(queue, gbuffer.depth.texture(), &frame.depth);
+    match &frame.motion_depth {
+        Some(z) => {
+            let motion = frame.motion.iter().zip(z).map(|(&[x, y], &z)| [x, y, z, 0.0]).collect();
+            write_half(&gbuffer.motion, motion);
+        }
+        None => write_texture(queue, gbuffer.motion.texture(), &frame.motion),
+    }
+    let integers =
+        |plane: &Option<Vec<u32>>, default: u32| plane.clone().unwrap_or_else(|| vec![default; pixels]);
+    write_texture(queue, gbuffer.surface_id.texture(), &integers(&frame.surface_id, 0));
+    write_texture(queue, gbuffer.sample_count.texture(), &integers(&frame.samples, 1));
+    match &frame.emission {
+        Some(emission) => write_half(&gbuffer.emission, with(emission, 0.0)),
+        None => write_half(&gbuffer.emission, vec![[0.0; 4]; pixels]),
+    }
+}

@@ -1,0 +1,159 @@
+//! The methods that a sequence can be denoised with, behind one call.
+
+use crate::gbuffer::GBuffer;
+use crate::gpu::Gpu;
+use crate::peers::{Accumulate, AccumulateFrame};
+use anyhow::{Context, Result};
+use quell::{
+    Camera, DebugView, Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode, Settings, Timestamps,
+};
+
+/// How to denoise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Method {
+    /// The denoiser of this project
+    Quell,
+    /// Plain temporal accumulation with reprojection
+    Accumulate,
+    /// No denoising: the noisy input with invalid values repaired
+    None,
+}
+
+impl Method {
+    /// As on the command line and in metrics.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Quell => "quell",
+            Self::Accumulate => "accumulate",
+            Self::None => "none",
+        }
+    }
+}
+
+/// One frame to denoise.
+#[derive(Debug, Clone, Copy)]
+pub struct MethodFrame<'a> {
+    pub gbuffer: &'a GBuffer,
+    pub camera: Camera,
+    /// A cut: drop history.
+    pub restart: bool,
+    /// All methods use `far` and `max_history`. `motion_scale` is ignored: the G-buffer's motion is in pixels.
+    pub settings: &'a Settings,
+    /// Quell alone draws debug views and writes timestamps; the others leave both untouched.
+    pub debug: Option<(DebugView, &'a wgpu::TextureView)>,
+    pub timestamps: Option<Timestamps<'a>>,
+}
+
+impl<'a> MethodFrame<'a> {
+    /// A frame without debug view and timestamps.
+    pub fn new(gbuffer: &'a GBuffer, camera: Camera, restart: bool, settings: &'a Settings) -> Self {
+        Self { gbuffer, camera, restart, settings, debug: None, timestamps: None }
+    }
+}
+
+/// A method with its history, for one sequence of one size.
+#[derive(Debug)]
+pub struct MethodRunner {
+    method: Method,
+    state: State,
+}
+
+#[derive(Debug)]
+enum State {
+    // Both boxed: each is large, and they differ.
+    Quell { denoiser: Box<Denoiser>, output: wgpu::TextureView },
+    Accumulate(Box<Accumulate>),
+}
+
+impl MethodRunner {
+    /// Creates pipelines and history for frames of `width` x `height` pixels.
+    pub fn new(gpu: &Gpu, method: Method, width: u32, height: u32) -> Result<Self> {
+        let state = match method {
+            Method::Quell => State::Quell {
+                denoiser: Box::new(
+                    Denoiser::new(&gpu.device, &DenoiserDescriptor { width, height })
+                        .context("cannot create the denoiser")?,
+                ),
+                output: output_image(&gpu.device, width, height),
+            },
+            // No denoising is accumulation that restarts with every frame.
+            Method::Accumulate | Method::None => {
+                State::Accumulate(Box::new(Accumulate::new(&gpu.device, width, height)))
+            }
+        };
+        Ok(Self { method, state })
+    }
+
+    pub fn method(&self) -> Method {
+        self.method
+    }
+
+    /// The denoised radiance of the last frame: `Rgba16Float`, scene-linear. The same view for every frame.
+    pub fn output(&self) -> &wgpu::TextureView {
+        match &self.state {
+            State::Quell { output, .. } => output,
+            State::Accumulate(accumulate) => accumulate.output(),
+        }
+    }
+
+    /// Records the passes of one frame and returns [`output`](Self::output). Submit before the next call.
+    pub fn encode(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: &MethodFrame<'_>,
+    ) -> Result<&wgpu::TextureView> {
+        let gbuffer = frame.gbuffer;
+        match &mut self.state {
+            State::Quell { denoiser, output } => {
+                let inputs = FrameInputs {
+                    radiance: &gbuffer.radiance,
+                    albedo: &gbuffer.albedo,
+                    normal_roughness: &gbuffer.normal_roughness,
+                    depth: &gbuffer.depth,
+                    motion: &gbuffer.motion,
+                    surface_id: Some(&gbuffer.surface_id),
+                    emission: Some(&gbuffer.emission),
+                    sample_count: Some(&gbuffer.sample_count),
+                    camera: frame.camera,
+                    history: if frame.restart { HistoryMode::Restart } else { HistoryMode::Continue },
+                    output,
+                    debug: frame.debug,
+                    timestamps: frame.timestamps,
+                };
+                let settings = Settings {
+                    motion_scale: [1.0 / gbuffer.width as f32, 1.0 / gbuffer.height as f32],
+                    ..*frame.settings
+                };
+                denoiser.encode(&gpu.device, &gpu.queue, encoder, &inputs, &settings)?;
+            }
+            State::Accumulate(accumulate) => {
+                let frame = AccumulateFrame {
+                    camera: frame.camera,
+                    restart: frame.restart || self.method == Method::None,
+                    far: frame.settings.far,
+                    max_history: frame.settings.max_history,
+                };
+                accumulate.encode(gpu, encoder, gbuffer, &frame);
+            }
+        }
+        Ok(self.output())
+    }
+}
+
+/// An image that a method can write its result or a debug view to.
+pub fn output_image(device: &wgpu::Device, width: u32, height: u32) -> wgpu::TextureView {
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("output"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba16Float,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::STORAGE_BINDING
+            | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
+}

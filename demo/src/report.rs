@@ -1,0 +1,177 @@
+//! Quality of a sequence: metrics per frame, their means, a table and `metrics.json`.
+
+use crate::image::ImageRgb;
+use crate::metrics::{FrameMetrics, MetricError, compare, temporal_psnr};
+use anyhow::{Context, Result};
+use serde::Serialize;
+use std::fmt::Write;
+use std::path::Path;
+
+/// Metrics of one frame.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FrameReport {
+    /// Number of the frame, from 0.
+    pub frame: usize,
+    #[serde(flatten)]
+    pub metrics: FrameMetrics,
+    /// Missing where the previous frame has no reference; `null` in JSON where it is infinite.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tpsnr_db: Option<f64>,
+}
+
+/// Means over the frames that have the value.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MeanReport {
+    #[serde(flatten)]
+    pub metrics: FrameMetrics,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tpsnr_db: Option<f64>,
+}
+
+/// What `metrics.json` holds. Infinite values (equal images) are `null`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct QualityReport {
+    /// What was denoised: a capture's folder, a scene.
+    pub source: String,
+    pub method: String,
+    /// The GPU that it ran on.
+    pub adapter: String,
+    pub width: u32,
+    pub height: u32,
+    pub mean: MeanReport,
+    /// Frames with a reference, in order.
+    pub frames: Vec<FrameReport>,
+}
+
+/// Measures the frames of a sequence as they come.
+#[derive(Debug, Default)]
+pub struct QualityRecorder {
+    frames: Vec<FrameReport>,
+    /// Image and reference of the frame before, where it had one.
+    previous: Option<(ImageRgb, ImageRgb)>,
+}
+
+impl QualityRecorder {
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds the next frame of the sequence; without a reference it only interrupts the temporal metric.
+    pub fn add(
+        &mut self,
+        frame: usize,
+        image: ImageRgb,
+        reference: Option<ImageRgb>,
+    ) -> Result<(), MetricError> {
+        let Some(reference) = reference else {
+            self.previous = None;
+            return Ok(());
+        };
+        let metrics = compare(&image, &reference)?;
+        let tpsnr_db = match &self.previous {
+            Some((i, r)) => Some(temporal_psnr(i, &image, r, &reference)?),
+            None => None,
+        };
+        self.frames.push(FrameReport { frame, metrics, tpsnr_db });
+        self.previous = Some((image, reference));
+        Ok(())
+    }
+
+    /// The report, or none where no frame had a reference.
+    pub fn finish(self, source: &str, method: &str, adapter: &str, size: [u32; 2]) -> Option<QualityReport> {
+        if self.frames.is_empty() {
+            return None;
+        }
+        let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
+        let mean_of = |value: fn(&FrameMetrics) -> f64| {
+            mean(self.frames.iter().map(|frame| value(&frame.metrics)).collect())
+        };
+        let tpsnr: Vec<f64> = self.frames.iter().filter_map(|frame| frame.tpsnr_db).collect();
+        Some(QualityReport {
+            source: source.to_owned(),
+            method: method.to_owned(),
+            adapter: adapter.to_owned(),
+            width: size[0],
+            height: size[1],
+            mean: MeanReport {
+                metrics: FrameMetrics {
+                    psnr_db: mean_of(|m| m.psnr_db),
+                    ssim: mean_of(|m| m.ssim),
+                    flip: mean_of(|m| m.flip),
+                    relative_mse: mean_of(|m| m.relative_mse),
+                },
+                tpsnr_db: (!tpsnr.is_empty()).then(|| mean(tpsnr)),
+            },
+            frames: self.frames,
+        })
+    }
+}
+
+impl QualityReport {
+    /// One line per frame and the means, for a terminal.
+    pub fn table(&self) -> String {
+        let mut out = format!(
+            "{:>6} {:>8} {:>8} {:>8} {:>10} {:>8}\n",
+            "frame", "PSNR", "SSIM", "FLIP", "rMSE", "tPSNR"
+        );
+        let mut line = |label: String, m: &FrameMetrics, tpsnr: Option<f64>| {
+            let tpsnr = tpsnr.map_or("-".to_owned(), |t| format!("{t:.2}"));
+            // Writing to a string cannot fail.
+            let _ = writeln!(
+                out,
+                "{label:>6} {:>8.2} {:>8.4} {:>8.4} {:>10.5} {tpsnr:>8}",
+                m.psnr_db, m.ssim, m.flip, m.relative_mse
+            );
+        };
+        for frame in &self.frames {
+            line(frame.frame.to_string(), &frame.metrics, frame.tpsnr_db);
+        }
+        line("mean".to_owned(), &self.mean.metrics, self.mean.tpsnr_db);
+        out
+    }
+
+    pub fn write_json(&self, path: &Path) -> Result<()> {
+        let text = serde_json::to_string_pretty(self)?;
+        std::fs::write(path, text + "\n").with_context(|| format!("{}: cannot write", path.display()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grey(value: f32) -> ImageRgb {
+        ImageRgb::from_fn(12, 12, |_, _| [value; 3])
+    }
+
+    #[test]
+    fn means_skip_what_is_missing_and_json_stays_valid() {
+        let mut recorder = QualityRecorder::new();
+        recorder.add(0, grey(0.5), Some(grey(0.6))).unwrap();
+        recorder.add(1, grey(0.5), None).unwrap();
+        recorder.add(2, grey(0.7), Some(grey(0.6))).unwrap();
+        recorder.add(3, grey(0.7), Some(grey(0.6))).unwrap();
+        let report = recorder.finish("test", "none", "cpu", [12, 12]).unwrap();
+        let with_tpsnr: Vec<_> = report.frames.iter().filter(|f| f.tpsnr_db.is_some()).collect();
+        assert_eq!(with_tpsnr.len(), 1, "only frame 3 follows a frame with a reference");
+        assert_eq!(with_tpsnr[0].frame, 3);
+        let sum: f64 = report.frames.iter().map(|f| f.metrics.psnr_db).sum();
+        assert!((report.mean.metrics.psnr_db - sum / 3.0).abs() < 1e-12);
+
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("metrics.json");
+        report.write_json(&path).unwrap();
+        let json: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+        assert_eq!(json["frames"].as_array().unwrap().len(), 3);
+        assert!(json["frames"][0].get("tpsnr_db").is_none());
+        assert!(json["frames"][2]["tpsnr_db"].is_null(), "no change in either: infinite");
+        assert_eq!(report.table().lines().count(), 5);
+    }
+
+    #[test]
+    fn no_reference_no_report() {
+        let mut recorder = QualityRecorder::new();
+        recorder.add(0, grey(0.5), None).unwrap();
+        assert!(recorder.finish("test", "none", "cpu", [12, 12]).is_none());
+    }
+}
