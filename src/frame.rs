@@ -208,7 +208,8 @@ impl Camera {
         }
         let p = self.clip_from_view;
         // An infinite far plane is fine; it never reaches x, y or w.
-        let used = [p.x_axis.x, p.y_axis.y, p.z_axis.x, p.z_axis.y, p.z_axis.w, p.w_axis.x, p.w_axis.y, p.w_axis.w];
+        let used =
+            [p.x_axis.x, p.y_axis.y, p.z_axis.x, p.z_axis.y, p.z_axis.w, p.w_axis.x, p.w_axis.y, p.w_axis.w];
         if used.iter().any(|v| !v.is_finite()) {
             return refuse("clip_from_view", "has an entry that is not finite");
         }

@@ -90,9 +90,8 @@ impl Gpu {
 fn find_adapter(instance: &wgpu::Instance, wanted: &str) -> Result<wgpu::Adapter> {
     let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
     let names: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
-    let matches = |adapter: &wgpu::Adapter| {
-        adapter.get_info().name.to_lowercase().contains(&wanted.to_lowercase())
-    };
+    let matches =
+        |adapter: &wgpu::Adapter| adapter.get_info().name.to_lowercase().contains(&wanted.to_lowercase());
     match adapters.into_iter().find(matches) {
         Some(adapter) => Ok(adapter),
         None if names.is_empty() => bail!(NO_ADAPTER),

@@ -2,3 +2,5 @@
 
 pub mod gbuffer;
 pub mod gpu;
+pub mod scene;
+pub mod tracer;

@@ -1,0 +1,5 @@
+//! The gallery.
+use super::Scene;
+pub fn gallery() -> Scene {
+    Scene::empty("gallery")
+}
