@@ -55,6 +55,7 @@ fn promote_directional(scene: &mut Scene) {
 fn camera(scene: &Scene, placed: &Placed<'_>, low: Vec3, high: Vec3) -> CameraPath {
     let (centre, size) = (0.5 * (low + high), high - low);
     let is_walkable = size.x.max(size.z) > 1.5 * size.y && size.x.min(size.z) > 0.3 * size.y;
+    let mut still = None;
     for (document_node, &node) in placed.iter() {
         let Some(camera) = document_node.camera() else {
             continue;
@@ -67,11 +68,14 @@ fn camera(scene: &Scene, placed: &Placed<'_>, low: Vec3, high: Vec3) -> CameraPa
         if scene.animated_nodes()[node] {
             return path;
         }
-        let pose = path.at(scene, 0.0);
-        return CameraPath::Sway { pose, amplitude: 0.02 * size.length(), period: 12.0 };
+        still = still.or(Some(path));
     }
     if is_walkable && is_roomy(scene, centre, size) {
         return walk(low, size, centre);
+    }
+    if let Some(path) = still {
+        let pose = path.at(scene, 0.0);
+        return CameraPath::Sway { pose, amplitude: 0.02 * size.length(), period: 12.0 };
     }
     // A small thing or a box: from the front, a little above.
     let vertical_fov = 0.7_f32;

@@ -9,39 +9,47 @@ use glam::Vec2;
 pub(super) fn load(file: &File, source: &gltf::Material<'_>) -> Result<Material> {
     let what = element("material", source.index().unwrap_or_default(), source.name());
     let pbr = source.pbr_metallic_roughness();
-    let info = |info: Option<gltf::texture::Info<'_>>| {
-        info.map(|info| {
-            let transform = info.texture_transform();
-            let mut texture = TextureRef::new(info.texture().source().index());
-            if let Some(t) = transform {
-                texture = TextureRef {
-                    offset: t.offset().into(),
-                    rotation: t.rotation(),
-                    scale: t.scale().into(),
-                    ..texture
-                };
-            }
-            texture
-        })
+    let image_of = |texture: gltf::Texture<'_>| match texture.source() {
+        Some(image) => Ok(TextureRef::new(image.index())),
+        None => {
+            let reason = format!("its texture {} has no PNG or JPEG image", texture.index());
+            fail(&file.path, &what, reason)
+        }
     };
-    let normal_texture = source.normal_texture().map(|normal| {
-        let texture = TextureRef::new(normal.texture().source().index());
+    let info = |info: Option<gltf::texture::Info<'_>>| {
+        let Some(info) = info else {
+            return Ok(None);
+        };
+        let mut texture = image_of(info.texture())?;
+        if let Some(t) = info.texture_transform() {
+            texture = TextureRef {
+                offset: t.offset().into(),
+                rotation: t.rotation(),
+                scale: t.scale().into(),
+                ..texture
+            };
+        }
+        Ok(Some(texture))
+    };
+    let mut normal_texture = None;
+    if let Some(normal) = source.normal_texture() {
+        let texture = image_of(normal.texture())?;
         let json = normal.extensions().and_then(|e| e.get("KHR_texture_transform"));
-        json.map_or(texture, |json| transformed(texture, json))
-    });
+        normal_texture = Some(json.map_or(texture, |json| transformed(texture, json)));
+    }
     let strength = source.emissive_strength().unwrap_or(1.0);
     let material = Material {
         name: source.name().unwrap_or_default().to_owned(),
         base_color: pbr.base_color_factor(),
-        base_color_texture: info(pbr.base_color_texture()),
+        base_color_texture: info(pbr.base_color_texture())?,
         metallic: pbr.metallic_factor(),
         roughness: pbr.roughness_factor(),
-        metallic_roughness_texture: info(pbr.metallic_roughness_texture()),
+        metallic_roughness_texture: info(pbr.metallic_roughness_texture())?,
         normal_texture,
         normal_scale: source.normal_texture().map_or(1.0, |n| n.scale()),
         specular: 1.0,
         emissive: source.emissive_factor().map(|e| e * strength),
-        emissive_texture: info(source.emissive_texture()),
+        emissive_texture: info(source.emissive_texture())?,
         emission_scale: None,
         // Blending is not traced: what is more than half there is solid.
         alpha_cutoff: match source.alpha_mode() {
