@@ -1,5 +1,0 @@
-//! The gallery.
-use super::Scene;
-pub fn gallery() -> Scene {
-    Scene::empty("gallery")
-}
