@@ -12,6 +12,8 @@ pub mod metrics;
 pub mod peers;
 pub mod replay;
 pub mod report;
+pub mod scene;
 #[cfg(test)]
 mod shader_check;
+pub mod tracer;
 pub mod window;

@@ -1,0 +1,100 @@
+//! Primitives as meshes.
+
+use super::error::fail;
+use super::material::uv_set;
+use super::read::File;
+use super::{Result, element};
+use crate::scene::{Mesh, Vertex};
+use glam::{Vec2, Vec3, Vec4};
+use gltf::Semantic;
+use gltf::mesh::Mode;
+
+/// A primitive; `None` for points and lines, which have no surface to show.
+pub(super) fn load(
+    file: &File,
+    mesh: &gltf::Mesh<'_>,
+    primitive: &gltf::Primitive<'_>,
+    default_material: usize,
+) -> Result<Option<Mesh>> {
+    let what = format!("{}, primitive {}", element("mesh", mesh.index(), mesh.name()), primitive.index());
+    if !matches!(primitive.mode(), Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+        return Ok(None);
+    }
+    let Some(accessor) = primitive.get(&Semantic::Positions) else {
+        return fail(&file.path, &what, "it has no POSITION attribute");
+    };
+    let positions = file.floats::<3>(&accessor, &format!("{what}, POSITION"))?;
+    let count = positions.len();
+    let normals = attribute::<3>(file, primitive, &Semantic::Normals, count, &what)?;
+    let tangents = attribute::<4>(file, primitive, &Semantic::Tangents, count, &what)?;
+    let uv_semantic = Semantic::TexCoords(uv_set(&primitive.material()));
+    let uvs = attribute::<2>(file, primitive, &uv_semantic, count, &what)?;
+    if let Some(i) = positions.iter().position(|p| p.iter().any(|v| !v.is_finite())) {
+        return fail(&file.path, &what, format!("the position of vertex {i} is not finite"));
+    }
+
+    let indices = match primitive.indices() {
+        Some(accessor) => file.indices(&accessor, &format!("{what}, indices"))?,
+        None => (0..count as u32).collect(),
+    };
+    if let Some(index) = indices.iter().find(|&&i| i as usize >= count) {
+        return fail(&file.path, &what, format!("index {index} is out of range, it has {count} vertices"));
+    }
+
+    let vertex = |i: usize| Vertex {
+        position: positions[i].into(),
+        normal: normals.as_ref().map_or(Vec3::Y, |n| sane(Vec3::from(n[i])).normalize_or(Vec3::Y)),
+        uv: uvs.as_ref().map_or(Vec2::ZERO, |uv| Vec2::from(uv[i])),
+        tangent: tangents.as_ref().map_or(Vec4::X, |t| Vec4::from(t[i])),
+    };
+    let mut mesh = Mesh {
+        name: mesh.name().unwrap_or_default().to_owned(),
+        vertices: (0..count).map(vertex).collect(),
+        triangles: triangles(primitive.mode(), &indices),
+        material: primitive.material().index().unwrap_or(default_material),
+    };
+    if mesh.triangles.is_empty() {
+        return Ok(None);
+    }
+    if normals.is_none() {
+        // As the format asks for.
+        mesh.make_flat();
+    }
+    if normals.is_none() || tangents.is_none() {
+        mesh.make_tangents();
+    }
+    Ok(Some(mesh))
+}
+
+fn attribute<const N: usize>(
+    file: &File,
+    primitive: &gltf::Primitive<'_>,
+    semantic: &Semantic,
+    count: usize,
+    what: &str,
+) -> Result<Option<Vec<[f32; N]>>> {
+    let Some(accessor) = primitive.get(semantic) else {
+        return Ok(None);
+    };
+    let what = format!("{what}, {}", semantic.to_string());
+    let values = file.floats::<N>(&accessor, &what)?;
+    if values.len() == count {
+        return Ok(Some(values));
+    }
+    fail(&file.path, &what, format!("has {} values for {count} vertices", values.len()))
+}
+
+fn sane(v: Vec3) -> Vec3 {
+    if v.is_finite() { v } else { Vec3::ZERO }
+}
+
+fn triangles(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {
+    let windows = || indices.windows(3).enumerate();
+    match mode {
+        Mode::TriangleStrip => {
+            windows().map(|(i, w)| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] }).collect()
+        }
+        Mode::TriangleFan => windows().map(|(i, _)| [indices[0], indices[i + 1], indices[i + 2]]).collect(),
+        _ => indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),
+    }
+}
