@@ -169,7 +169,7 @@ fn previous_depth(camera: &quell::Camera, previous_view: Mat4) -> (Vec4, Vec4) {
 
 fn pipeline(device: &wgpu::Device) -> wgpu::ComputePipeline {
     use wgpu::TextureSampleType::{Float, Uint};
-    let shader = device.create_shader_module(wgpu::include_wgsl!("../../shaders/accumulate.wgsl"));
+    let shader = device.create_shader_module(wgpu::include_wgsl!("../../shaders/peers/accumulate.wgsl"));
     let float = Float { filterable: false };
     let read = |sample_type| wgpu::BindingType::Texture {
         sample_type,
@@ -259,7 +259,7 @@ mod tests {
     #[test]
     fn the_parameters_are_laid_out_as_in_the_shader() {
         use std::mem::offset_of;
-        let module = crate::shader_check::validated(include_str!("../../shaders/accumulate.wgsl"));
+        let module = crate::shader_check::validated(include_str!("../../shaders/peers/accumulate.wgsl"));
         let fields = [
             ("size", offset_of!(Params, size)),
             ("restart", offset_of!(Params, restart)),
