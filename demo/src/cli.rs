@@ -1,23 +1,124 @@
 //! The command line.
 
+use crate::gpu::Gpu;
 use crate::method::Method;
+use crate::record::{RecordOptions, record};
+use crate::render::{RenderOptions, render};
 use crate::replay::{ReplayOptions, replay};
+use crate::walk::{References, WalkOptions, load_scene};
+use crate::walkthrough::Walkthrough;
+use crate::window::{self, WindowError, WindowOptions};
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
-/// Real-time denoising of path-traced frames
+/// Real-time denoising of path-traced frames: without a command, a walkthrough in a window
 #[derive(Debug, Parser)]
-#[command(name = "quell-demo", version, propagate_version = true)]
+#[command(name = "quell-demo", version, propagate_version = true, args_conflicts_with_subcommands = true)]
 pub struct Cli {
     #[command(subcommand)]
-    pub command: Command,
+    pub command: Option<Command>,
+    #[command(flatten)]
+    pub walkthrough: WalkthroughArgs,
 }
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Render the walk without a window, into pictures and metrics
+    Render(RenderArgs),
+    /// Record the walk's inputs as a capture
+    Record(RecordArgs),
     /// Denoise a captured sequence
     Replay(ReplayArgs),
+}
+
+/// What the window shows.
+#[derive(Debug, Args)]
+pub struct WalkthroughArgs {
+    /// A glTF 2.0 file (.gltf or .glb) to walk through instead of the built-in gallery
+    #[arg(long, value_name = "FILE")]
+    pub scene: Option<PathBuf>,
+    /// Scene time to begin at, seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = finite)]
+    pub start: f32,
+    /// Another seed gives other noise
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u32,
+    /// Close the window after so many frames
+    #[arg(long, value_name = "N")]
+    pub exit_after: Option<u64>,
+}
+
+/// A walk that is traced frame by frame.
+#[derive(Debug, Args)]
+pub struct WalkArgs {
+    /// A glTF 2.0 file (.gltf or .glb) to walk through instead of the built-in gallery
+    #[arg(long, value_name = "FILE")]
+    pub scene: Option<PathBuf>,
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", default_value = "320x180", value_parser = size)]
+    pub size: [u32; 2],
+    /// Number of frames
+    #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub frames: u32,
+    /// Frames per second of scene time
+    #[arg(long, value_name = "F", default_value_t = 30.0, value_parser = positive)]
+    pub fps: f32,
+    /// Scene time of the first frame, seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = finite)]
+    pub start: f32,
+    /// Samples per pixel and frame
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub spp: u32,
+    /// Another seed gives other noise
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u32,
+    /// Also trace reference images of this many samples per pixel, and measure against them
+    #[arg(long, value_name = "SPP", default_value_t = 0)]
+    pub reference: u32,
+    /// Frames that get a reference, e.g. 8,9,20 [default: four pairs spread over the walk]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', requires = "reference")]
+    pub reference_frames: Option<Vec<u32>>,
+    /// Folder for the results, created where needed
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+impl WalkArgs {
+    fn walk(&self) -> WalkOptions {
+        let [width, height] = self.size;
+        WalkOptions {
+            scene: self.scene.clone(),
+            width,
+            height,
+            frames: self.frames,
+            fps: self.fps,
+            start_s: self.start,
+            spp: self.spp,
+            seed: self.seed,
+        }
+    }
+
+    fn references(&self) -> References {
+        References { spp: self.reference, frames: self.reference_frames.clone() }
+    }
+}
+
+/// Renders the walk: PNGs in `noisy/` and `denoised/` (and `reference/`), `contact_sheet.png`, `metrics.json`.
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    pub walk: WalkArgs,
+}
+
+/// Records the walk as a capture: `capture.json` and one OpenEXR file per frame, for `replay`.
+#[derive(Debug, Args)]
+pub struct RecordArgs {
+    #[command(flatten)]
+    pub walk: WalkArgs,
+    /// Replace a capture that is in the folder already
+    #[arg(long)]
+    pub overwrite: bool,
 }
 
 /// Denoises every frame of a capture, writes `frame_0000.exr` (linear R, G, B) and `frame_0000.png` (as shown) and so
@@ -38,11 +139,68 @@ pub struct ReplayArgs {
     pub max_history: Option<u16>,
 }
 
+/// Where the walkthrough goes without a display.
+const HEADLESS_OUT: &str = "out/walk";
+
 /// Does what the command line says.
 pub fn run(cli: Cli) -> Result<()> {
     match cli.command {
-        Command::Replay(args) => run_replay(args),
+        None => run_walkthrough(cli.walkthrough),
+        Some(Command::Render(args)) => run_render(&args.walk),
+        Some(Command::Record(args)) => run_record(&args),
+        Some(Command::Replay(args)) => run_replay(args),
     }
+}
+
+fn run_walkthrough(args: WalkthroughArgs) -> Result<()> {
+    let scene = load_scene(args.scene.as_deref())?;
+    let (low, high) = scene.bounds();
+    let options = WindowOptions {
+        title: format!("quell: {}", scene.name),
+        // A room is crossed in some ten seconds, whatever its unit.
+        speed: (high - low).max_element() / 10.0,
+        max_frames: args.exit_after,
+        ..WindowOptions::default()
+    };
+    match window::run(options, |gpu| Walkthrough::new(gpu, scene, args.seed, args.start)) {
+        Err(WindowError::NoDisplay(reason)) => {
+            println!("no display ({reason}); rendering the walk into {HEADLESS_OUT} instead");
+            run_render(&WalkArgs {
+                scene: args.scene,
+                size: [320, 180],
+                frames: 96,
+                fps: 15.0,
+                start: args.start,
+                spp: 1,
+                seed: args.seed,
+                reference: 0,
+                reference_frames: None,
+                out: HEADLESS_OUT.into(),
+            })
+        }
+        result => Ok(result?),
+    }
+}
+
+fn run_render(args: &WalkArgs) -> Result<()> {
+    let options = RenderOptions { walk: args.walk(), references: args.references(), out: args.out.clone() };
+    let report = render(&Gpu::new()?, &options)?;
+    print!("{}", report.summary());
+    println!("wrote {}", args.out.display());
+    Ok(())
+}
+
+fn run_record(args: &RecordArgs) -> Result<()> {
+    let walk = &args.walk;
+    let options = RecordOptions {
+        walk: walk.walk(),
+        references: walk.references(),
+        out: walk.out.clone(),
+        overwrite: args.overwrite,
+    };
+    record(&Gpu::new()?, &options)?;
+    println!("wrote {}", walk.out.display());
+    Ok(())
 }
 
 fn run_replay(args: ReplayArgs) -> Result<()> {
@@ -57,4 +215,19 @@ fn run_replay(args: ReplayArgs) -> Result<()> {
         None => println!("wrote {}; the capture has no reference images, so no metrics", args.out.display()),
     }
     Ok(())
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let parse = |side: &str| side.parse::<u32>().ok().filter(|side| (1..=8192).contains(side));
+    let sides = text.split_once('x').and_then(|(width, height)| Some([parse(width)?, parse(height)?]));
+    sides.ok_or_else(|| "expected WIDTHxHEIGHT with sides of 1 to 8192 pixels, e.g. 640x360".to_owned())
+}
+
+fn finite(text: &str) -> Result<f32, String> {
+    let number = text.parse::<f32>().ok().filter(|number| number.is_finite());
+    number.ok_or_else(|| "expected a finite number".to_owned())
+}
+
+fn positive(text: &str) -> Result<f32, String> {
+    finite(text).ok().filter(|&number| number > 0.0).ok_or_else(|| "expected a number above 0".to_owned())
 }

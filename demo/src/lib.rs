@@ -10,10 +10,14 @@ pub mod image;
 pub mod method;
 pub mod metrics;
 pub mod peers;
+pub mod record;
+pub mod render;
 pub mod replay;
 pub mod report;
 pub mod scene;
 #[cfg(test)]
 mod shader_check;
 pub mod tracer;
+pub mod walk;
+pub mod walkthrough;
 pub mod window;

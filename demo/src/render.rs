@@ -1,0 +1,226 @@
+//! The walk without a window: pictures, a contact sheet, metrics.
+
+use crate::contact_sheet::ContactSheet;
+use crate::gpu::Gpu;
+use crate::gpu_timer::GpuTimer;
+use crate::image::ImageRgb;
+use crate::method::{Method, MethodFrame, MethodRunner};
+use crate::report::{QualityRecorder, QualityReport};
+use crate::walk::{References, Walk, WalkOptions};
+use anyhow::{Context, Result};
+use indicatif::{ProgressBar, ProgressStyle};
+use quell::Settings;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// What to render and where to.
+#[derive(Debug, Clone)]
+pub struct RenderOptions {
+    pub walk: WalkOptions,
+    pub references: References,
+    /// Folder for the results, created where needed.
+    pub out: PathBuf,
+}
+
+/// What `metrics.json` holds.
+#[derive(Debug, Serialize)]
+pub struct RenderReport {
+    pub scene: String,
+    pub spp: u32,
+    pub reference_spp: u32,
+    pub seed: u32,
+    /// Median GPU milliseconds of each pass; empty where the adapter cannot measure.
+    pub pass_ms: BTreeMap<String, f32>,
+    /// Quality of each method on the same samples; empty without references.
+    pub methods: Vec<QualityReport>,
+}
+
+/// Frames on the contact sheet.
+const SHEET_FRAMES: u32 = 6;
+const METHODS: [Method; 3] = [Method::None, Method::Accumulate, Method::Quell];
+
+/// A progress bar that is silent where standard error is no terminal.
+pub fn progress_bar(steps: u64, what: &'static str) -> ProgressBar {
+    let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}");
+    ProgressBar::new(steps)
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+        .with_message(what)
+}
+
+/// Renders a walk. Leaves `noisy/`, `denoised/`, `reference/` with PNGs, `contact_sheet.png` and `metrics.json` in `out`.
+pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
+    let walk = Walk::new(gpu, options.walk.clone())?;
+    let WalkOptions { width, height, frames, spp, seed, .. } = options.walk;
+    let chosen = options.references.chosen(frames)?;
+    let folder = |name: &str| -> Result<PathBuf> {
+        let path = options.out.join(name);
+        std::fs::create_dir_all(&path)
+            .with_context(|| format!("{}: cannot create the folder", path.display()))?;
+        Ok(path)
+    };
+    let (noisy_folder, denoised_folder) = (folder("noisy")?, folder("denoised")?);
+
+    let settings = Settings::default();
+    let mut runners = Vec::new();
+    for method in METHODS {
+        runners.push(MethodRunner::new(gpu, method, width, height)?);
+    }
+    let mut quality: Vec<_> = METHODS.iter().map(|_| QualityRecorder::new()).collect();
+    let mut sheet = ContactSheet::new();
+    let mut times = PassTimes::new(gpu);
+    let reference_steps = chosen.len() as u64 * u64::from(options.references.spp);
+    let progress = progress_bar(u64::from(frames) + reference_steps, "rendering");
+    for i in 0..frames {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        walk.trace(gpu, &mut encoder, i, times.timer.reserve(&[("path tracer", true)]));
+        let camera = walk.view(i).camera;
+        for runner in &mut runners {
+            let mut frame = MethodFrame::new(walk.gbuffer(), camera, i == 0, &settings);
+            if runner.method() == Method::Quell {
+                frame.timestamps = times.timer.reserve_denoiser(false);
+            }
+            runner.encode(gpu, &mut encoder, &frame).with_context(|| format!("frame {i}"))?;
+        }
+        times.submit(gpu, encoder);
+
+        let images = runners
+            .iter()
+            .map(|runner| ImageRgb::read_back(gpu, runner.output().texture()))
+            .collect::<Result<Vec<_>>>()?;
+        times.collect(gpu);
+        let name = format!("frame_{i:04}.png");
+        images[0].write_png(&noisy_folder.join(&name))?;
+        images[2].write_png(&denoised_folder.join(&name))?;
+        let reference = if chosen.contains(&i) {
+            let image = walk.reference(gpu, i, options.references.spp, |n| progress.inc(n.into()))?;
+            image.write_png(&folder("reference")?.join(&name))?;
+            Some(image)
+        } else {
+            None
+        };
+        if on_sheet(i, frames, &chosen) {
+            sheet.add(format!("frame {i}: {spp} spp"), &images[0]);
+            sheet.add("accumulated", &images[1]);
+            sheet.add("quell", &images[2]);
+            if let Some(reference) = &reference {
+                sheet.add(format!("reference, {} spp", options.references.spp), reference);
+            }
+        }
+        for (quality, image) in quality.iter_mut().zip(images) {
+            quality
+                .add(i as usize, image, reference.clone())
+                .with_context(|| format!("metrics of frame {i}"))?;
+        }
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    sheet.write_png(&options.out.join("contact_sheet.png"), if chosen.is_empty() { 3 } else { 4 })?;
+
+    let adapter = gpu.description();
+    let finish = |(quality, method): (QualityRecorder, Method)| {
+        quality.finish(walk.scene_name(), method.name(), &adapter, [width, height])
+    };
+    let report = RenderReport {
+        scene: walk.scene_name().to_owned(),
+        spp,
+        reference_spp: options.references.spp,
+        seed,
+        pass_ms: times.medians(),
+        methods: quality.into_iter().zip(METHODS).filter_map(finish).collect(),
+    };
+    write_json(&report, &options.out.join("metrics.json"))?;
+    Ok(report)
+}
+
+/// Frames with a reference where there are any, so that rows are complete; some spread over the walk otherwise.
+fn on_sheet(i: u32, frames: u32, chosen: &[u32]) -> bool {
+    if !chosen.is_empty() {
+        let step = chosen.len().div_ceil(SHEET_FRAMES as usize);
+        return chosen.iter().rev().step_by(step).any(|&frame| frame == i);
+    }
+    let shown = SHEET_FRAMES.min(frames);
+    (1..=shown).any(|k| frames * k / shown - 1 == i)
+}
+
+fn write_json(report: &RenderReport, path: &Path) -> Result<()> {
+    let text = serde_json::to_string_pretty(report)? + "\n";
+    std::fs::write(path, text).with_context(|| format!("{}: cannot write", path.display()))
+}
+
+impl RenderReport {
+    /// What was measured, for a terminal.
+    pub fn summary(&self) -> String {
+        use std::fmt::Write;
+        let mut out = String::new();
+        if let Some(first) = self.methods.first() {
+            let _ = writeln!(
+                out,
+                "{}: {}x{}, {} spp, means of {} frames against {} spp, on {}",
+                self.scene,
+                first.width,
+                first.height,
+                self.spp,
+                first.frames.len(),
+                self.reference_spp,
+                first.adapter
+            );
+            let _ = writeln!(
+                out,
+                "{:<12} {:>8} {:>8} {:>8} {:>10} {:>8}",
+                "method", "PSNR", "SSIM", "FLIP", "rMSE", "tPSNR"
+            );
+        }
+        for method in &self.methods {
+            let m = &method.mean.metrics;
+            let tpsnr = method.mean.tpsnr_db.map_or("-".to_owned(), |t| format!("{t:.2}"));
+            let _ = writeln!(
+                out,
+                "{:<12} {:>8.2} {:>8.4} {:>8.4} {:>10.5} {tpsnr:>8}",
+                method.method, m.psnr_db, m.ssim, m.flip, m.relative_mse
+            );
+        }
+        if let Some(tracer) = self.pass_ms.get("path tracer") {
+            let quell: f32 = quell::PASSES.iter().filter_map(|pass| self.pass_ms.get(*pass)).sum();
+            let _ = writeln!(
+                out,
+                "GPU time, medians: path tracer {tracer:.2} ms, quell {quell:.2} ms ({:.2} of the tracer)",
+                quell / tracer
+            );
+        }
+        out
+    }
+}
+
+/// GPU times of passes over many frames.
+struct PassTimes {
+    timer: GpuTimer,
+    samples: BTreeMap<String, Vec<f32>>,
+}
+
+impl PassTimes {
+    fn new(gpu: &Gpu) -> Self {
+        Self { timer: GpuTimer::new(&gpu.device, &gpu.queue, 16), samples: BTreeMap::new() }
+    }
+
+    fn submit(&mut self, gpu: &Gpu, mut encoder: wgpu::CommandEncoder) {
+        self.timer.resolve(&mut encoder);
+        gpu.queue.submit([encoder.finish()]);
+        self.timer.submitted();
+    }
+
+    /// Call once the frame is done.
+    fn collect(&mut self, gpu: &Gpu) {
+        for (pass, ms) in self.timer.poll(&gpu.device) {
+            self.samples.entry(pass.clone()).or_default().push(*ms);
+        }
+    }
+
+    fn medians(self) -> BTreeMap<String, f32> {
+        let median = |mut samples: Vec<f32>| {
+            samples.sort_by(f32::total_cmp);
+            samples[samples.len() / 2]
+        };
+        self.samples.into_iter().map(|(pass, samples)| (pass, median(samples))).collect()
+    }
+}

@@ -1,0 +1,174 @@
+//! A walk through a scene: which frame shows what, and tracing it.
+
+use crate::gbuffer::GBuffer;
+use crate::gpu::Gpu;
+use crate::image::ImageRgb;
+use crate::scene::{Scene, gallery, gltf};
+use crate::tracer::{FrameView, ReferenceImage, TraceSettings, Tracer, camera_of};
+use anyhow::{Result, ensure};
+use std::path::{Path, PathBuf};
+
+/// What to walk through and how to trace it.
+#[derive(Debug, Clone)]
+pub struct WalkOptions {
+    /// A glTF file; the built-in gallery without.
+    pub scene: Option<PathBuf>,
+    pub width: u32,
+    pub height: u32,
+    pub frames: u32,
+    /// Frames per second of scene time.
+    pub fps: f32,
+    /// Scene time of the first frame, seconds.
+    pub start_s: f32,
+    /// Samples per pixel.
+    pub spp: u32,
+    pub seed: u32,
+}
+
+/// Loads a scene, or builds the gallery.
+pub fn load_scene(path: Option<&Path>) -> Result<Scene> {
+    match path {
+        Some(path) => Ok(gltf::load(path)?),
+        None => Ok(gallery::gallery()),
+    }
+}
+
+/// Samples of a reference that go into one submit: drivers end work that takes seconds.
+const REFERENCE_BATCH_SPP: u32 = 4;
+/// Keeps a reference's random numbers apart from those of the frames it is compared with.
+const REFERENCE_SEED: u32 = 0x5eed_0000;
+
+/// A scene on the GPU, and the images its frames are traced into.
+#[derive(Debug)]
+pub struct Walk {
+    options: WalkOptions,
+    scene: Scene,
+    tracer: Tracer,
+    gbuffer: GBuffer,
+}
+
+impl Walk {
+    /// Loads the scene and uploads it.
+    pub fn new(gpu: &Gpu, options: WalkOptions) -> Result<Self> {
+        let largest = gpu.device.limits().max_texture_dimension_2d;
+        let (width, height) = (options.width, options.height);
+        ensure!(
+            (1..=largest).contains(&width) && (1..=largest).contains(&height),
+            "size {width}x{height}: both sides must be 1 to {largest} pixels"
+        );
+        let scene = load_scene(options.scene.as_deref())?;
+        let tracer = Tracer::new(gpu, &scene)?;
+        let gbuffer = GBuffer::new(&gpu.device, width, height);
+        Ok(Self { options, scene, tracer, gbuffer })
+    }
+
+    pub fn options(&self) -> &WalkOptions {
+        &self.options
+    }
+
+    pub fn scene_name(&self) -> &str {
+        &self.scene.name
+    }
+
+    /// The images of the frame that was traced last.
+    pub fn gbuffer(&self) -> &GBuffer {
+        &self.gbuffer
+    }
+
+    /// What frame `index` shows.
+    pub fn view(&self, index: u32) -> FrameView {
+        let at = |index: u32| {
+            let time_s = self.options.start_s + index as f32 / self.options.fps;
+            let pose = self.scene.camera(time_s);
+            (camera_of(&pose, self.options.width, self.options.height), time_s)
+        };
+        let (camera, time_s) = at(index);
+        FrameView { camera, time_s, previous: index.checked_sub(1).map(at) }
+    }
+
+    /// Records the tracing of frame `index` into [`gbuffer`](Self::gbuffer).
+    pub fn trace(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        index: u32,
+        timestamps: Option<quell::Timestamps<'_>>,
+    ) {
+        let WalkOptions { spp, seed, .. } = self.options;
+        let settings = TraceSettings { spp, seed, frame: index, ..TraceSettings::default() };
+        self.tracer.encode_timed(gpu, encoder, &self.view(index), &settings, &self.gbuffer, timestamps);
+    }
+
+    /// Frame `index` traced with `spp` samples per pixel. Waits for the GPU; `progress` hears of samples as they are done.
+    pub fn reference(&self, gpu: &Gpu, index: u32, spp: u32, progress: impl Fn(u32)) -> Result<ImageRgb> {
+        let WalkOptions { width, height, seed, .. } = self.options;
+        let image = ReferenceImage::new(&gpu.device, width, height);
+        let view = self.view(index);
+        while image.samples() < spp {
+            let batch = REFERENCE_BATCH_SPP.min(spp - image.samples());
+            let settings = TraceSettings {
+                spp: batch,
+                seed: seed ^ REFERENCE_SEED,
+                frame: index.wrapping_mul(0x1_0001).wrapping_add(image.samples()),
+                ..TraceSettings::default()
+            };
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            self.tracer.accumulate_reference(gpu, &mut encoder, &view, &settings, &image);
+            gpu.queue.submit([encoder.finish()]);
+            gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
+            progress(batch);
+        }
+        Ok(ImageRgb { width, height, pixels: image.resolve(gpu)? })
+    }
+}
+
+/// Which frames get a reference.
+#[derive(Debug, Clone, Default)]
+pub struct References {
+    /// Samples per pixel; 0 for no references.
+    pub spp: u32,
+    /// Frames by number; without, four pairs of neighbours spread over the walk (pairs, so that change can be measured).
+    pub frames: Option<Vec<u32>>,
+}
+
+impl References {
+    /// The chosen frames of a walk of `count`, in order.
+    pub fn chosen(&self, count: u32) -> Result<Vec<u32>> {
+        if self.spp == 0 {
+            return Ok(Vec::new());
+        }
+        let mut chosen = match &self.frames {
+            Some(frames) => frames.clone(),
+            None => (1..=4).flat_map(|i| [(count * i / 4).saturating_sub(2), count * i / 4 - 1]).collect(),
+        };
+        if let Some(beyond) = chosen.iter().find(|&&frame| frame >= count) {
+            anyhow::bail!("reference frame {beyond}: the walk has {count} frames, numbered from 0");
+        }
+        chosen.sort_unstable();
+        chosen.dedup();
+        Ok(chosen)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn references_are_pairs_within_the_walk() {
+        let references = References { spp: 16, frames: None };
+        assert_eq!(references.chosen(40).unwrap(), [8, 9, 18, 19, 28, 29, 38, 39]);
+        for count in 4..20 {
+            assert!(references.chosen(count).unwrap().iter().all(|&frame| frame < count));
+        }
+        assert!(References::default().chosen(40).unwrap().is_empty());
+    }
+
+    #[test]
+    fn chosen_references_are_sorted_and_checked() {
+        let references = References { spp: 1, frames: Some(vec![7, 3, 7]) };
+        assert_eq!(references.chosen(8).unwrap(), [3, 7]);
+        let message = references.chosen(7).unwrap_err().to_string();
+        assert!(message.contains("frame 7") && message.contains("7 frames"), "{message}");
+    }
+}

@@ -1,0 +1,154 @@
+//! The walkthrough in a window: traces and denoises what the window asks for.
+
+use crate::gbuffer::GBuffer;
+use crate::gpu::Gpu;
+use crate::gpu_timer::GpuTimer;
+use crate::method::{Method, MethodFrame, MethodRunner, output_image};
+use crate::scene::Scene;
+use crate::tracer::{FrameView, ReferenceImage, TraceSettings, Tracer, camera_of};
+use crate::window::{FrameImages, FrameRequest, FrameSource, ViewMode};
+use anyhow::Result;
+use quell::Camera;
+
+/// A scene that a window shows.
+pub struct Walkthrough {
+    scene: Scene,
+    tracer: Tracer,
+    seed: u32,
+    /// Pixels a frame may have; the window's image area is scaled down to it.
+    most_pixels: f32,
+    time_s: f32,
+    frame: u32,
+    previous: Option<(Camera, f32)>,
+    targets: Option<Targets>,
+}
+
+/// Images and methods of one render size.
+struct Targets {
+    size: [u32; 2],
+    gbuffer: GBuffer,
+    quell: MethodRunner,
+    accumulate: MethodRunner,
+    /// Whether `accumulate` saw the previous frame.
+    accumulated: bool,
+    debug: wgpu::TextureView,
+    reference: ReferenceImage,
+    /// What `reference` shows.
+    reference_view: Option<(Camera, f32)>,
+}
+
+/// A CPU adapter traces this many pixels at a few frames per second.
+const CPU_PIXELS: f32 = 320.0 * 180.0;
+const GPU_PIXELS: f32 = 1920.0 * 1080.0;
+
+impl Walkthrough {
+    pub fn new(gpu: &Gpu, scene: Scene, seed: u32, start_s: f32) -> Result<Self> {
+        let on_cpu = gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
+        Ok(Self {
+            tracer: Tracer::new(gpu, &scene)?,
+            scene,
+            seed,
+            most_pixels: if on_cpu { CPU_PIXELS } else { GPU_PIXELS },
+            time_s: start_s,
+            frame: 0,
+            previous: None,
+            targets: None,
+        })
+    }
+
+    fn render_size(&self, [width, height]: [u32; 2]) -> [u32; 2] {
+        let scale = (self.most_pixels / (width as f32 * height as f32)).sqrt().min(1.0);
+        [width, height].map(|side| ((side as f32 * scale).round() as u32).max(1))
+    }
+
+    /// Images of the wanted size; new ones, without history, where it changed.
+    fn targets(&mut self, gpu: &Gpu, size: [u32; 2]) -> Result<Targets> {
+        if let Some(targets) = self.targets.take().filter(|targets| targets.size == size) {
+            return Ok(targets);
+        }
+        self.previous = None;
+        let [width, height] = size;
+        Ok(Targets {
+            size,
+            gbuffer: GBuffer::new(&gpu.device, width, height),
+            quell: MethodRunner::new(gpu, Method::Quell, width, height)?,
+            accumulate: MethodRunner::new(gpu, Method::Accumulate, width, height)?,
+            accumulated: false,
+            debug: output_image(&gpu.device, width, height),
+            reference: ReferenceImage::new(&gpu.device, width, height),
+            reference_view: None,
+        })
+    }
+}
+
+impl FrameSource for Walkthrough {
+    fn frame(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        request: &FrameRequest<'_>,
+        timer: &mut GpuTimer,
+    ) -> Result<FrameImages> {
+        let size = self.render_size(request.area);
+        let mut targets = self.targets(gpu, size)?;
+        self.time_s += request.time_step_s;
+        let mut camera = camera_of(&self.scene.camera(self.time_s), size[0], size[1]);
+        camera.view_from_world = request.free_view.unwrap_or(camera.view_from_world);
+        let view = FrameView { camera, time_s: self.time_s, previous: self.previous };
+        let settings = TraceSettings {
+            spp: request.view.spp.max(1),
+            seed: self.seed,
+            frame: self.frame,
+            ..TraceSettings::default()
+        };
+        let timestamps = timer.reserve(&[("path tracer", true)]);
+        self.tracer.encode_timed(gpu, encoder, &view, &settings, &targets.gbuffer, timestamps);
+
+        let restart = request.restart || self.previous.is_none();
+        let denoiser_settings = &request.view.settings;
+        let debug = request.view.debug.map(|debug| (debug, &targets.debug));
+        let timestamps = timer.reserve_denoiser(debug.is_some());
+        let frame = MethodFrame::new(&targets.gbuffer, camera, restart, denoiser_settings);
+        targets.quell.encode(gpu, encoder, &MethodFrame { debug, timestamps, ..frame })?;
+        let shows_accumulated = request.view.shows(ViewMode::Accumulated);
+        if shows_accumulated {
+            let restart = restart || !targets.accumulated;
+            targets.accumulate.encode(gpu, encoder, &MethodFrame { restart, ..frame })?;
+        }
+        targets.accumulated = shows_accumulated;
+        let shows_reference = request.view.shows(ViewMode::Reference);
+        if shows_reference {
+            let shown = Some((camera, self.time_s));
+            if targets.reference_view != shown {
+                targets.reference.clear();
+                targets.reference_view = shown;
+            }
+            let settings = TraceSettings { seed: !self.seed, ..settings };
+            self.tracer.accumulate_reference(gpu, encoder, &view, &settings, &targets.reference);
+        }
+        let images = FrameImages {
+            noisy: Some(targets.gbuffer.radiance.clone()),
+            accumulated: shows_accumulated.then(|| targets.accumulate.output().clone()),
+            denoised: targets.quell.output().clone(),
+            reference: shows_reference.then(|| targets.reference.view().clone()),
+            debug: debug.map(|(_, view)| view.clone()),
+            view_from_world: camera.view_from_world,
+            status: status(
+                &self.scene.name,
+                size,
+                self.time_s,
+                shows_reference.then(|| targets.reference.samples()),
+            ),
+        };
+        self.previous = Some((camera, self.time_s));
+        self.frame = self.frame.wrapping_add(1);
+        self.targets = Some(targets);
+        Ok(images)
+    }
+}
+
+fn status(scene: &str, [width, height]: [u32; 2], time_s: f32, reference_spp: Option<u32>) -> String {
+    let reference =
+        reference_spp.map_or(String::new(), |spp| format!(", reference {spp} spp (pause to converge)"));
+    format!("{scene}, {width}x{height}, {time_s:.1} s{reference}")
+}
