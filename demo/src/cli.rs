@@ -4,6 +4,7 @@ use crate::method::Method;
 use crate::replay::{ReplayOptions, replay};
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
+use std::io::Write;
 use std::path::PathBuf;
 
 /// Real-time denoising of path-traced frames
@@ -17,11 +18,13 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Denoise a captured sequence
+    ///
+    /// Writes `frame_0000.exr` (linear R, G, B), `frame_0000.png` (as shown) and so on. Where the capture has
+    /// reference images, prints metrics and writes them to `metrics.json`.
     Replay(ReplayArgs),
 }
 
-/// Denoises every frame of a capture, writes `frame_0000.exr` (linear R, G, B) and `frame_0000.png` (as shown) and so
-/// on, and where the capture has reference images prints their metrics and writes them to `metrics.json`.
+/// `quell-demo replay`
 #[derive(Debug, Args)]
 pub struct ReplayArgs {
     /// Folder of the capture (with capture.json in it)
@@ -52,9 +55,13 @@ fn run_replay(args: ReplayArgs) -> Result<()> {
         method: args.method,
         max_history: args.max_history.map(f32::from),
     })?;
-    match report {
-        Some(report) => print!("{}", report.table()),
-        None => println!("wrote {}; the capture has no reference images, so no metrics", args.out.display()),
+    let text = match report {
+        Some(report) => report.table(),
+        None => format!("wrote {}; the capture has no reference images, so no metrics\n", args.out.display()),
+    };
+    // Not `print!`, which panics when the reader of a pipe has gone.
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.into()),
+        _ => Ok(()),
     }
-    Ok(())
 }
