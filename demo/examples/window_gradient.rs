@@ -1,4 +1,4 @@
-//! The window with a source that needs no tracer: a gradient that moves, with noise in the noisy image. For work on the window alone.
+//! The window with a source that needs no tracer: a gradient that moves. For work on the window alone.
 //!
 //! `cargo run -p quell-demo --example window_gradient [frames]`
 

@@ -10,6 +10,7 @@ use crate::walkthrough::Walkthrough;
 use crate::window::{self, WindowError, WindowOptions};
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
+use std::io::Write;
 use std::path::PathBuf;
 
 /// Real-time denoising of path-traced frames: without a command, a walkthrough in a window
@@ -25,10 +26,17 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Render the walk without a window, into pictures and metrics
+    ///
+    /// Writes PNGs in `noisy/` and `denoised/` (and `reference/`), `contact_sheet.png` and `metrics.json`.
     Render(RenderArgs),
     /// Record the walk's inputs as a capture
+    ///
+    /// Writes `capture.json` and one OpenEXR file per frame, which `replay` reads.
     Record(RecordArgs),
     /// Denoise a captured sequence
+    ///
+    /// Writes `frame_0000.exr` (linear R, G, B), `frame_0000.png` (as shown) and so on. Where the capture has
+    /// reference images, prints metrics and writes them to `metrics.json`.
     Replay(ReplayArgs),
 }
 
@@ -104,14 +112,14 @@ impl WalkArgs {
     }
 }
 
-/// Renders the walk: PNGs in `noisy/` and `denoised/` (and `reference/`), `contact_sheet.png`, `metrics.json`.
+/// `quell-demo render`
 #[derive(Debug, Args)]
 pub struct RenderArgs {
     #[command(flatten)]
     pub walk: WalkArgs,
 }
 
-/// Records the walk as a capture: `capture.json` and one OpenEXR file per frame, for `replay`.
+/// `quell-demo record`
 #[derive(Debug, Args)]
 pub struct RecordArgs {
     #[command(flatten)]
@@ -121,8 +129,7 @@ pub struct RecordArgs {
     pub overwrite: bool,
 }
 
-/// Denoises every frame of a capture, writes `frame_0000.exr` (linear R, G, B) and `frame_0000.png` (as shown) and so
-/// on, and where the capture has reference images prints their metrics and writes them to `metrics.json`.
+/// `quell-demo replay`
 #[derive(Debug, Args)]
 pub struct ReplayArgs {
     /// Folder of the capture (with capture.json in it)
@@ -164,7 +171,7 @@ fn run_walkthrough(args: WalkthroughArgs) -> Result<()> {
     };
     match window::run(options, |gpu| Walkthrough::new(gpu, scene, args.seed, args.start)) {
         Err(WindowError::NoDisplay(reason)) => {
-            println!("no display ({reason}); rendering the walk into {HEADLESS_OUT} instead");
+            say(&format!("no display ({reason}); rendering the walk into {HEADLESS_OUT} instead\n"))?;
             run_render(&WalkArgs {
                 scene: args.scene,
                 size: [320, 180],
@@ -185,9 +192,7 @@ fn run_walkthrough(args: WalkthroughArgs) -> Result<()> {
 fn run_render(args: &WalkArgs) -> Result<()> {
     let options = RenderOptions { walk: args.walk(), references: args.references(), out: args.out.clone() };
     let report = render(&Gpu::new()?, &options)?;
-    print!("{}", report.summary());
-    println!("wrote {}", args.out.display());
-    Ok(())
+    say(&format!("{}wrote {}\n", report.summary(), args.out.display()))
 }
 
 fn run_record(args: &RecordArgs) -> Result<()> {
@@ -199,8 +204,7 @@ fn run_record(args: &RecordArgs) -> Result<()> {
         overwrite: args.overwrite,
     };
     record(&Gpu::new()?, &options)?;
-    println!("wrote {}", walk.out.display());
-    Ok(())
+    say(&format!("wrote {}\n", walk.out.display()))
 }
 
 fn run_replay(args: ReplayArgs) -> Result<()> {
@@ -210,11 +214,18 @@ fn run_replay(args: ReplayArgs) -> Result<()> {
         method: args.method,
         max_history: args.max_history.map(f32::from),
     })?;
-    match report {
-        Some(report) => print!("{}", report.table()),
-        None => println!("wrote {}; the capture has no reference images, so no metrics", args.out.display()),
+    say(&match report {
+        Some(report) => report.table(),
+        None => format!("wrote {}; the capture has no reference images, so no metrics\n", args.out.display()),
+    })
+}
+
+/// Not `print!`, which panics when the reader of a pipe has gone.
+fn say(text: &str) -> Result<()> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.into()),
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 fn size(text: &str) -> Result<[u32; 2], String> {

@@ -2,7 +2,6 @@
 
 use crate::contact_sheet::ContactSheet;
 use crate::gpu::Gpu;
-use crate::gpu_timer::GpuTimer;
 use crate::image::ImageRgb;
 use crate::method::{Method, MethodFrame, MethodRunner};
 use crate::report::{QualityRecorder, QualityReport};
@@ -13,6 +12,7 @@ use quell::Settings;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// What to render and where to.
 #[derive(Debug, Clone)]
@@ -30,8 +30,8 @@ pub struct RenderReport {
     pub spp: u32,
     pub reference_spp: u32,
     pub seed: u32,
-    /// Median GPU milliseconds of each pass; empty where the adapter cannot measure.
-    pub pass_ms: BTreeMap<String, f32>,
+    /// Median milliseconds of the path tracer and of each method, from submission until the GPU is done.
+    pub wall_ms: BTreeMap<String, f64>,
     /// Quality of each method on the same samples; empty without references.
     pub methods: Vec<QualityReport>,
 }
@@ -68,27 +68,26 @@ pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
     }
     let mut quality: Vec<_> = METHODS.iter().map(|_| QualityRecorder::new()).collect();
     let mut sheet = ContactSheet::new();
-    let mut times = PassTimes::new(gpu);
+    let mut times = WallTimes::default();
     let reference_steps = chosen.len() as u64 * u64::from(options.references.spp);
     let progress = progress_bar(u64::from(frames) + reference_steps, "rendering");
     for i in 0..frames {
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        walk.trace(gpu, &mut encoder, i, times.timer.reserve(&[("path tracer", true)]));
-        let camera = walk.view(i).camera;
+        times.measure(gpu, TRACER, |encoder| {
+            walk.trace(gpu, encoder, i, None);
+            Ok(())
+        })?;
+        let frame = MethodFrame::new(walk.gbuffer(), walk.view(i).camera, i == 0, &settings);
         for runner in &mut runners {
-            let mut frame = MethodFrame::new(walk.gbuffer(), camera, i == 0, &settings);
-            if runner.method() == Method::Quell {
-                frame.timestamps = times.timer.reserve_denoiser(false);
-            }
-            runner.encode(gpu, &mut encoder, &frame).with_context(|| format!("frame {i}"))?;
+            times.measure(gpu, runner.method().name(), |encoder| {
+                runner.encode(gpu, encoder, &frame).with_context(|| format!("frame {i}"))?;
+                Ok(())
+            })?;
         }
-        times.submit(gpu, encoder);
 
         let images = runners
             .iter()
             .map(|runner| ImageRgb::read_back(gpu, runner.output().texture()))
             .collect::<Result<Vec<_>>>()?;
-        times.collect(gpu);
         let name = format!("frame_{i:04}.png");
         images[0].write_png(&noisy_folder.join(&name))?;
         images[2].write_png(&denoised_folder.join(&name))?;
@@ -126,7 +125,7 @@ pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
         spp,
         reference_spp: options.references.spp,
         seed,
-        pass_ms: times.medians(),
+        wall_ms: times.medians(),
         methods: quality.into_iter().zip(METHODS).filter_map(finish).collect(),
     };
     write_json(&report, &options.out.join("metrics.json"))?;
@@ -180,11 +179,12 @@ impl RenderReport {
                 method.method, m.psnr_db, m.ssim, m.flip, m.relative_mse
             );
         }
-        if let Some(tracer) = self.pass_ms.get("path tracer") {
-            let quell: f32 = quell::PASSES.iter().filter_map(|pass| self.pass_ms.get(*pass)).sum();
+        if let (Some(tracer), Some(quell)) =
+            (self.wall_ms.get(TRACER), self.wall_ms.get(Method::Quell.name()))
+        {
             let _ = writeln!(
                 out,
-                "GPU time, medians: path tracer {tracer:.2} ms, quell {quell:.2} ms ({:.2} of the tracer)",
+                "median wall time of a frame: path tracer {tracer:.1} ms, quell {quell:.1} ms ({:.2} of the tracer)",
                 quell / tracer
             );
         }
@@ -192,35 +192,35 @@ impl RenderReport {
     }
 }
 
-/// GPU times of passes over many frames.
-struct PassTimes {
-    timer: GpuTimer,
-    samples: BTreeMap<String, Vec<f32>>,
+const TRACER: &str = "path tracer";
+
+/// Wall times of submissions, waited for one by one. Not a benchmark: it includes what submitting and waiting costs.
+#[derive(Default)]
+struct WallTimes {
+    samples: BTreeMap<&'static str, Vec<f64>>,
 }
 
-impl PassTimes {
-    fn new(gpu: &Gpu) -> Self {
-        Self { timer: GpuTimer::new(&gpu.device, &gpu.queue, 16), samples: BTreeMap::new() }
-    }
-
-    fn submit(&mut self, gpu: &Gpu, mut encoder: wgpu::CommandEncoder) {
-        self.timer.resolve(&mut encoder);
+impl WallTimes {
+    fn measure(
+        &mut self,
+        gpu: &Gpu,
+        what: &'static str,
+        record: impl FnOnce(&mut wgpu::CommandEncoder) -> Result<()>,
+    ) -> Result<()> {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        record(&mut encoder)?;
+        let start = Instant::now();
         gpu.queue.submit([encoder.finish()]);
-        self.timer.submitted();
+        gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
+        self.samples.entry(what).or_default().push(start.elapsed().as_secs_f64() * 1e3);
+        Ok(())
     }
 
-    /// Call once the frame is done.
-    fn collect(&mut self, gpu: &Gpu) {
-        for (pass, ms) in self.timer.poll(&gpu.device) {
-            self.samples.entry(pass.clone()).or_default().push(*ms);
-        }
-    }
-
-    fn medians(self) -> BTreeMap<String, f32> {
-        let median = |mut samples: Vec<f32>| {
-            samples.sort_by(f32::total_cmp);
+    fn medians(self) -> BTreeMap<String, f64> {
+        let median = |mut samples: Vec<f64>| {
+            samples.sort_by(f64::total_cmp);
             samples[samples.len() / 2]
         };
-        self.samples.into_iter().map(|(pass, samples)| (pass, median(samples))).collect()
+        self.samples.into_iter().map(|(what, samples)| (what.to_owned(), median(samples))).collect()
     }
 }

@@ -4,7 +4,7 @@
 // Reads:  the G-buffer of this frame; mean, count and features of the previous frame.
 // Writes: mean radiance and count; packed features; the output.
 // Source: exponential and cumulative averaging with reprojection as in Yang, Liu and Salvi, "A Survey of Temporal
-//         Antialiasing Techniques" (Eurographics 2020), sections 3.1, 3.2 and 4.1, without their colour clamping.
+//         Antialiasing Techniques" (Computer Graphics Forum 2020), without colour clamping.
 
 struct Params {
     size: vec2<u32>,

@@ -1,6 +1,7 @@
 //! The channels of one OpenEXR file, by name, whatever their order, sample type and compression.
 
 use super::CaptureError;
+use super::guard::guarded;
 use exr::meta::MetaData;
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
 use std::collections::HashMap;
@@ -64,17 +65,20 @@ impl Channels {
             action: "open",
             source,
         })?;
+        let panicked = || CaptureError::Damaged { path: path.to_owned() };
         // Before any pixels: a wrong size in the file must not become an allocation of that size.
-        let meta = MetaData::read_from_unbuffered(file, false).map_err(error)?;
+        let meta = guarded(|| MetaData::read_from_unbuffered(file, false));
+        let meta = meta.ok_or_else(panicked)?.map_err(error)?;
         let names = check_meta(path, &meta, size)?;
-        let image = read()
+        // On this thread: a panic on one of the decoder's own would end the program.
+        let reader = read()
             .no_deep_data()
             .largest_resolution_level()
             .all_channels()
             .all_layers()
             .all_attributes()
-            .from_file(path)
-            .map_err(error)?;
+            .non_parallel();
+        let image = guarded(|| reader.from_file(path)).ok_or_else(panicked)?.map_err(error)?;
         let mut samples = HashMap::new();
         for layer in image.layer_data {
             let layer_name = layer.attributes.layer_name;

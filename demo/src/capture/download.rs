@@ -10,8 +10,8 @@ use wgpu::TextureFormat;
 
 /// Reads all images of `gbuffer` back; the frame has no reference. Waits for the GPU.
 ///
-/// Half-precision images come back exactly. Emission, roughness, identities and sample counts are always there, motion's
-/// depth where the image has it.
+/// Half-precision images come back exactly. Emission, roughness, identities and sample counts are always there,
+/// motion's depth where the image has it.
 pub fn download(gpu: &Gpu, gbuffer: &GBuffer) -> Result<Frame> {
     let normal_roughness = vectors(gpu, &gbuffer.normal_roughness)?;
     let motion = vectors(gpu, &gbuffer.motion)?;

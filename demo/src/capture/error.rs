@@ -45,6 +45,9 @@ pub enum CaptureError {
         #[source]
         source: exr::error::Error,
     },
+    /// The file is damaged in a way that its decoder does not survive.
+    #[error("{}: cannot read OpenEXR: the file is damaged", path.display())]
+    Damaged { path: PathBuf },
     /// A needed channel is missing, or an optional group is incomplete.
     #[error("{}: channel `{channel}` is missing; the file has {}", path.display(), found.join(", "))]
     MissingChannel { path: PathBuf, channel: String, found: Vec<String> },

@@ -12,8 +12,8 @@ pub struct Manifest {
     pub version: u32,
     pub width: u32,
     pub height: u32,
-    pub far: f64,
-    pub frame_time_s: f64,
+    pub far: f32,
+    pub frame_time_s: f32,
     pub frames: Vec<FrameEntry>,
 }
 
@@ -46,8 +46,8 @@ impl Manifest {
         let header = CaptureHeader {
             width: self.width,
             height: self.height,
-            far: self.far as f32,
-            frame_time_s: self.frame_time_s as f32,
+            far: self.far,
+            frame_time_s: self.frame_time_s,
         };
         check_header(path, &header)?;
         if self.frames.is_empty() {

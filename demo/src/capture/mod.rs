@@ -22,6 +22,7 @@
 mod channels;
 mod download;
 mod error;
+mod guard;
 mod manifest;
 mod reader;
 mod upload;

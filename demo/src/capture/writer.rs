@@ -101,8 +101,8 @@ impl CaptureWriter {
             version: VERSION,
             width: self.header.width,
             height: self.header.height,
-            far: f64::from(self.header.far),
-            frame_time_s: f64::from(self.header.frame_time_s),
+            far: self.header.far,
+            frame_time_s: self.header.frame_time_s,
             frames: self.frames,
         };
         let text = serde_json::to_string_pretty(&manifest)

@@ -15,6 +15,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use wgpu::CurrentSurfaceTexture;
+use winit::dpi::PhysicalSize;
 use winit::event::{ElementState, MouseButton, WindowEvent};
 use winit::event_loop::OwnedDisplayHandle;
 use winit::keyboard::PhysicalKey;
@@ -27,6 +28,8 @@ const IDLE: Duration = Duration::from_millis(16);
 
 pub struct Running<S> {
     window: Arc<Window>,
+    /// In pixels, as last reported; 0 while minimised on some systems.
+    size: PhysicalSize<u32>,
     gpu: Gpu,
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
@@ -71,6 +74,7 @@ impl<S: FrameSource> Running<S> {
         let mut running = Self {
             timer: GpuTimer::new(&gpu.device, &gpu.queue, TIMED_PASSES),
             device: gpu.description(),
+            size: window.inner_size(),
             window,
             gpu,
             surface,
@@ -91,7 +95,7 @@ impl<S: FrameSource> Running<S> {
             image_rect: [0.0; 4],
             cursor: Vec2::ZERO,
         };
-        running.resize();
+        running.configure();
         Ok(running)
     }
 
@@ -103,15 +107,14 @@ impl<S: FrameSource> Running<S> {
     }
 
     fn has_area(&self) -> bool {
-        let size = self.window.inner_size();
-        size.width > 0 && size.height > 0
+        self.size.width > 0 && self.size.height > 0
     }
 
-    fn resize(&mut self) {
+    fn configure(&mut self) {
         if !self.has_area() {
             return;
         }
-        let size = self.window.inner_size();
+        let size = self.size;
         let largest = self.gpu.device.limits().max_texture_dimension_2d;
         (self.config.width, self.config.height) = (size.width.min(largest), size.height.min(largest));
         self.surface.configure(&self.gpu.device, &self.config);
@@ -127,7 +130,9 @@ impl<S: FrameSource> Running<S> {
         if let WindowEvent::KeyboardInput { event: key, .. } = event
             && let PhysicalKey::Code(code) = key.physical_key
             && is_ours(code)
+            // A menu closes with Esc, a number is typed in digits.
             && !context.egui_wants_keyboard_input()
+            && !egui::Popup::is_any_open(&context)
         {
             match key.state {
                 ElementState::Pressed => match self.controls.press(code, key.repeat, &mut self.view) {
@@ -142,7 +147,11 @@ impl<S: FrameSource> Running<S> {
         // What it needs of an event egui knows itself; whether it also is ours depends on where the pointer is.
         self.ui.handle(&self.window, event);
         match event {
-            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => self.resize(),
+            WindowEvent::Resized(size) => {
+                self.size = *size;
+                self.configure();
+            }
+            WindowEvent::Destroyed => return true,
             WindowEvent::Focused(false) => {
                 self.capture_mouse(false);
                 self.controls.release_all();
@@ -208,7 +217,7 @@ impl<S: FrameSource> Running<S> {
             CurrentSurfaceTexture::Success(texture) => (texture, false),
             CurrentSurfaceTexture::Suboptimal(texture) => (texture, true),
             CurrentSurfaceTexture::Outdated => {
-                self.resize();
+                self.configure();
                 return Ok(self.frames);
             }
             CurrentSurfaceTexture::Lost => {
@@ -217,7 +226,7 @@ impl<S: FrameSource> Running<S> {
                     .instance
                     .create_surface(Arc::clone(&self.window))
                     .context("the window's surface was lost")?;
-                self.resize();
+                self.configure();
                 return Ok(self.frames);
             }
             CurrentSurfaceTexture::Timeout | CurrentSurfaceTexture::Occluded => {
@@ -241,7 +250,7 @@ impl<S: FrameSource> Running<S> {
         self.window.pre_present_notify();
         self.gpu.queue.present(target);
         if suboptimal {
-            self.resize();
+            self.configure();
         }
         self.last_view = images.view_from_world;
         self.status = images.status;
