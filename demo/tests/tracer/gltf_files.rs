@@ -30,7 +30,7 @@ const TRIANGLE: &str = r#"{
 
 fn triangle_bytes(indices: [u16; 3]) -> Vec<u8> {
     let mut bytes: Vec<u8> = Vec::new();
-    let mut floats = |bytes: &mut Vec<u8>, values: &[f32]| {
+    let floats = |bytes: &mut Vec<u8>, values: &[f32]| {
         values.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
     };
     floats(&mut bytes, &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
@@ -124,7 +124,7 @@ fn a_vertex_index_out_of_range_is_named() {
 fn wrong_references_and_types_are_named() {
     refused_json(
         &TRIANGLE.replace(r#""indices": 1"#, r#""indices": 9"#),
-        &["accessor", "Index out of bounds"],
+        &["meshes[0].primitives[0].indices", "Index out of bounds"],
     );
     refused_json(&TRIANGLE.replace(r#""indices": 1"#, r#""indices": 0"#), &["mesh 0 (tri)", "accessor 0"]);
     refused_json(

@@ -21,12 +21,12 @@ pub(super) fn complete(scene: &mut Scene, placed: &Placed<'_>) {
         // High enough to reach the floor between walls, slanted enough to leave them light.
         scene.sun = Some(Sun {
             direction: (Vec3::Y + 0.40 * along + 0.12 * across).normalize(),
-            irradiance: Vec3::new(52.0, 46.0, 38.0),
+            irradiance: Vec3::new(32.0, 28.5, 23.5),
             angular_radius: SUN_ANGULAR_RADIUS,
         });
         scene.sky = Sky {
-            zenith: Vec3::new(2.6, 4.2, 7.4),
-            horizon: Vec3::new(5.2, 5.9, 6.8),
+            zenith: Vec3::new(3.2, 5.2, 9.0),
+            horizon: Vec3::new(6.4, 7.2, 8.2),
             ground: Vec3::new(1.6, 1.5, 1.4),
         };
     }
@@ -91,13 +91,13 @@ fn walk(floor: f32, size: Vec3, centre: Vec3) -> CameraPath {
     const EYE_HEIGHT: f32 = 1.7;
     const STOPS: usize = 5;
     // The middle part of the axis: its ends are the outer walls.
-    const REACH: f32 = 0.5;
+    const REACH: f32 = 0.42;
     let (along, across) = if size.x >= size.z { (Vec3::X, Vec3::Z) } else { (Vec3::Z, Vec3::X) };
     let (length, width) = (size.dot(along), size.dot(across));
     let floor = Vec3::new(centre.x, floor, centre.z);
     let point = |i: usize| {
         let t = i as f32 / (STOPS - 1) as f32;
-        let side = if i % 2 == 0 { 1.0 } else { -1.0 };
+        let side = if i.is_multiple_of(2) { 1.0 } else { -1.0 };
         let eye =
             floor + along * length * REACH * (0.5 - t) + across * width * 0.02 * side + Vec3::Y * EYE_HEIGHT;
         let target = eye - along * 0.25 * length + across * width * 0.06 * side + Vec3::Y * 0.02 * length;
