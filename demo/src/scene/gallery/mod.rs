@@ -20,6 +20,10 @@ const HEIGHT: f32 = 4.2;
 /// Of the wall between; the gap above it lights the hall.
 const WALL_HEIGHT: f32 = 3.0;
 const WALL: f32 = 0.15;
+/// The north wall's lower part; above it light plaster.
+const BRICK_HEIGHT: f32 = 2.9;
+/// Depth of the roof's slot.
+const SLOT: f32 = 0.9;
 /// Doors are at plus and minus this x.
 const DOOR: f32 = 6.0;
 const DOOR_HALF_WIDTH: f32 = 1.05;
@@ -36,6 +40,7 @@ pub fn gallery() -> Scene {
     exhibits(&mut scene, &looks);
     lamp(&mut scene, &looks);
     screen(&mut scene, &looks);
+    garden(&mut scene, &looks);
     scene.sun = Some(Sun {
         direction: vec3(0.42, 0.78, 0.80).normalize(),
         irradiance: vec3(17.0, 15.0, 12.2),
@@ -57,6 +62,7 @@ struct Looks {
     teal: usize,
     stone: usize,
     ground: usize,
+    leaves: usize,
     gold: usize,
     steel: usize,
     copper: usize,
@@ -121,7 +127,8 @@ impl Looks {
             terracotta: scene.add_material(plaster("terracotta", [0.72, 0.30, 0.17])),
             teal: scene.add_material(plaster("teal", [0.13, 0.42, 0.45])),
             stone: scene.add_material(plaster("stone", [0.74, 0.69, 0.60])),
-            ground: scene.add_material(plain("ground", [0.42, 0.40, 0.32], 0.95)),
+            ground: scene.add_material(plain("ground", [0.24, 0.30, 0.13], 0.95)),
+            leaves: scene.add_material(plain("leaves", [0.075, 0.13, 0.05], 0.9)),
             gold: scene.add_material(metal("gold", [0.95, 0.70, 0.32], 0.28)),
             steel: scene.add_material(metal("steel", [0.62, 0.63, 0.65], 0.42)),
             copper: scene.add_material(metal("copper", [0.93, 0.55, 0.42], 0.35)),
@@ -153,7 +160,9 @@ fn building(scene: &mut Scene, looks: &Looks) {
         .cuboid(vec3(-l - 0.3, -0.15, d + 0.5), vec3(l + 0.3, -0.08, d + 0.9));
     add_still(scene, "steps", steps, looks.stone);
 
-    let roof = MeshBuilder::new(0.4).cuboid(vec3(-l - 0.4, h, -d - 0.4), vec3(l + 0.4, h + 0.3, d + 0.6));
+    // A slot along the north wall lets the sun wash the wall's top, out of reach of anything below.
+    let slot = -d + SLOT;
+    let roof = MeshBuilder::new(0.4).cuboid(vec3(-l - 0.4, h, slot), vec3(l + 0.4, h + 0.3, d + 0.6));
     add_still(scene, "roof", roof, looks.plaster);
     let beams = (0..8).fold(MeshBuilder::new(0.8), |builder, i| {
         let x = -l + 1.125 + 2.25 * i as f32;
@@ -162,8 +171,12 @@ fn building(scene: &mut Scene, looks: &Looks) {
             .cuboid(vec3(x - 0.09, h - 0.24, WALL), vec3(x + 0.09, h, d))
     });
     add_still(scene, "beams", beams, looks.oak);
-    let north = MeshBuilder::new(0.5).cuboid(vec3(-l, 0.0, -d - 0.2), vec3(l, h, -d));
+    let north = MeshBuilder::new(0.5).cuboid(vec3(-l, 0.0, -d - 0.2), vec3(l, BRICK_HEIGHT, -d));
     add_still(scene, "north wall", north, looks.bricks);
+    let band = MeshBuilder::new(0.5)
+        .cuboid(vec3(-l, BRICK_HEIGHT, -d - 0.2), vec3(l, h + 0.3, -d))
+        .cuboid(vec3(-l, BRICK_HEIGHT - 0.06, -d), vec3(l, BRICK_HEIGHT, -d + 0.05));
+    add_still(scene, "north band", band, looks.plaster);
     let west = MeshBuilder::new(0.5).cuboid(vec3(-l - 0.2, 0.0, -d - 0.2), vec3(-l, h, d));
     add_still(scene, "west wall", west, looks.terracotta);
     let east = MeshBuilder::new(0.5).cuboid(vec3(l, 0.0, -d - 0.2), vec3(l + 0.2, h, d));
@@ -358,7 +371,7 @@ fn lamp(scene: &mut Scene, looks: &Looks) {
     let glow = scene.add_material(Material {
         name: "lamp".into(),
         base_color: [0.85, 0.85, 0.85, 1.0],
-        emissive: [11.0, 7.6, 4.3],
+        emissive: [42.0, 29.0, 16.5],
         emission_scale: Some(Track {
             keys: vec![(0.0, 1.0), (ON, 0.0)],
             interpolation: Interpolation::Step,
@@ -386,6 +399,31 @@ fn screen(scene: &mut Scene, looks: &Looks) {
         builder.cuboid(vec3(x - 0.03, y, low - 0.03), vec3(x + 0.03, y + 0.05, high + 0.03))
     });
     add_still(scene, "screen", frame, looks.oak);
+}
+
+/// What is seen between the columns.
+fn garden(scene: &mut Scene, looks: &Looks) {
+    let cypress = [
+        (0.0, 0.0),
+        (0.10, 0.0),
+        (0.10, 0.5),
+        (0.55, 0.8),
+        (0.70, 1.6),
+        (0.55, 3.2),
+        (0.25, 4.6),
+        (0.0, 5.4),
+    ];
+    let hedge = MeshBuilder::new(1.0)
+        .cuboid(vec3(-30.0, -0.15, 17.0), vec3(-1.5, 1.1, 18.0))
+        .cuboid(vec3(1.5, -0.15, 17.0), vec3(30.0, 1.1, 18.0));
+    let garden = (-5..=5).fold(hedge, |builder, i| {
+        let size = 1.0 + 0.12 * ((i * i * 7) % 5) as f32;
+        let profile = cypress.map(|(r, y)| (r * size, y * size));
+        builder.lathe(vec3(4.6 * i as f32 + 2.3, -0.15, 20.5), &profile, 20)
+    });
+    add_still(scene, "garden", garden, looks.leaves);
+    let path = MeshBuilder::new(1.0).cuboid(vec3(-1.3, -0.16, DEPTH + 0.9), vec3(1.3, -0.13, 60.0));
+    add_still(scene, "path", path, looks.stone);
 }
 
 /// Along the colonnade, through the east door, back through the hall, out of the west door.

@@ -47,7 +47,7 @@ pub(super) fn wood() -> Image {
         let (id, within) = plank(uv);
         let grain = fbm(Vec2::new(uv.x * 0.25, uv.y) + id, 32.0) * 0.6
             + fbm(Vec2::new(uv.x * 0.125, uv.y) + id, 64.0) * 0.4;
-        let tone = vec3(0.40, 0.23, 0.115).lerp(vec3(0.62, 0.40, 0.22), 0.65 * grain + 0.35 * id);
+        let tone = vec3(0.48, 0.29, 0.15).lerp(vec3(0.72, 0.50, 0.30), 0.65 * grain + 0.35 * id);
         let gap = within.y.min(1.0 - within.y) < 0.02 || within.x.min(1.0 - within.x) < 0.003;
         srgb(if gap { tone * 0.25 } else { tone })
     })

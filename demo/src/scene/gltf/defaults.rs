@@ -20,14 +20,14 @@ pub(super) fn complete(scene: &mut Scene, placed: &Placed<'_>) {
         let across = Vec3::Y.cross(along);
         // High enough to reach the floor between walls, slanted enough to leave them light.
         scene.sun = Some(Sun {
-            direction: (Vec3::Y + 0.22 * along + 0.28 * across).normalize(),
-            irradiance: Vec3::new(14.0, 12.6, 10.6),
+            direction: (Vec3::Y + 0.40 * along + 0.12 * across).normalize(),
+            irradiance: Vec3::new(32.0, 28.5, 23.5),
             angular_radius: SUN_ANGULAR_RADIUS,
         });
         scene.sky = Sky {
-            zenith: Vec3::new(0.9, 1.4, 2.4),
-            horizon: Vec3::new(1.9, 2.1, 2.4),
-            ground: Vec3::new(0.5, 0.48, 0.45),
+            zenith: Vec3::new(3.2, 5.2, 9.0),
+            horizon: Vec3::new(6.4, 7.2, 8.2),
+            ground: Vec3::new(1.6, 1.5, 1.4),
         };
     }
     scene.camera_path = camera(scene, placed, low, high);
@@ -71,7 +71,7 @@ fn camera(scene: &Scene, placed: &Placed<'_>, low: Vec3, high: Vec3) -> CameraPa
         still = still.or(Some(path));
     }
     if is_walkable && is_roomy(scene, centre, size) {
-        return walk(low, size, centre);
+        return walk(floor_height(scene, centre, size), size, centre);
     }
     if let Some(path) = still {
         let pose = path.at(scene, 0.0);
@@ -87,17 +87,17 @@ fn camera(scene: &Scene, placed: &Placed<'_>, low: Vec3, high: Vec3) -> CameraPa
 }
 
 /// There and back along the longest horizontal axis at eye height, looking ahead and slightly about.
-fn walk(low: Vec3, size: Vec3, centre: Vec3) -> CameraPath {
+fn walk(floor: f32, size: Vec3, centre: Vec3) -> CameraPath {
     const EYE_HEIGHT: f32 = 1.7;
     const STOPS: usize = 5;
     // The middle part of the axis: its ends are the outer walls.
-    const REACH: f32 = 0.5;
+    const REACH: f32 = 0.42;
     let (along, across) = if size.x >= size.z { (Vec3::X, Vec3::Z) } else { (Vec3::Z, Vec3::X) };
     let (length, width) = (size.dot(along), size.dot(across));
-    let floor = Vec3::new(centre.x, low.y, centre.z);
+    let floor = Vec3::new(centre.x, floor, centre.z);
     let point = |i: usize| {
         let t = i as f32 / (STOPS - 1) as f32;
-        let side = if i % 2 == 0 { 1.0 } else { -1.0 };
+        let side = if i.is_multiple_of(2) { 1.0 } else { -1.0 };
         let eye =
             floor + along * length * REACH * (0.5 - t) + across * width * 0.02 * side + Vec3::Y * EYE_HEIGHT;
         let target = eye - along * 0.25 * length + across * width * 0.06 * side + Vec3::Y * 0.02 * length;
@@ -106,6 +106,34 @@ fn walk(low: Vec3, size: Vec3, centre: Vec3) -> CameraPath {
     // A stroll at about one metre a second.
     let duration = (length * REACH).clamp(10.0, 60.0);
     CameraPath::Spline { points: (0..STOPS).map(point).collect(), vertical_fov: 1.0, duration, closed: false }
+}
+
+/// Height of what is under the middle of a building, from half its height down.
+fn floor_height(scene: &Scene, centre: Vec3, size: Vec3) -> f32 {
+    let pose = scene.pose(0.0);
+    let mut floor = centre.y - 0.5 * size.y;
+    for instance in &scene.instances {
+        let world = pose.world_from_node[instance.node];
+        let mesh = &scene.meshes[instance.mesh];
+        for triangle in &mesh.triangles {
+            let corners =
+                triangle.map(|i| world.transform_point3(mesh.vertices[i as usize].position) - centre);
+            if let Some(y) = height_at_origin(corners).filter(|y| *y < 0.0) {
+                floor = floor.max(centre.y + y);
+            }
+        }
+    }
+    floor
+}
+
+/// Where a vertical line through the origin meets a triangle.
+fn height_at_origin(corners: [Vec3; 3]) -> Option<f32> {
+    let [a, b, c] = corners.map(|p| glam::Vec2::new(p.x, p.z));
+    let weights = [b.perp_dot(c), c.perp_dot(a), a.perp_dot(b)];
+    let is_inside = weights.iter().all(|w| *w >= 0.0) || weights.iter().all(|w| *w <= 0.0);
+    let area: f32 = weights.iter().sum();
+    let height: f32 = weights.iter().zip(corners).map(|(w, p)| w * p.y).sum();
+    (is_inside && area != 0.0).then(|| height / area)
 }
 
 /// Whether it is a building to be inside of, rather than a thing to look at.

@@ -123,7 +123,7 @@ impl File {
             let reason = format!("{} is no list of unsigned integers", label(accessor));
             return fail(&self.path, what, reason);
         }
-        self.elements(accessor, what, |bytes| unsigned(bytes))
+        self.elements(accessor, what, unsigned)
     }
 
     fn elements<T: Clone>(
