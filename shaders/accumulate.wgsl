@@ -42,22 +42,35 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
     let mean = mix(old.rgb, sample.rgb, alpha);
     let d = luminance(sample.rgb) - luminance(old.rgb);
     var v = 0.0;
+    // What is new in this sample: all of what it deviates by for a first one; later less, as the mean it is compared with
+    // is itself noisy. So the deviation's variance is v / count at every count.
+    var innovation = sqrt(1.0 - alpha) * d;
     if count < LEAST_SAMPLES {
-        v = spatial_variance(id.xy);
+        let spread = spatial_spread(id.xy);
+        v = spread.variance;
+        if old.w == 0.0 {
+            innovation = luminance(sample.rgb) - spread.mean;
+        }
     } else {
         // Unbiased where v was: E[d^2] = v (1/k + 1/(count - k)), so (1 - alpha) k d^2 estimates v.
         v = (1.0 - alpha) * (old_noise.x + alpha * k * d * d);
     }
-    // The same recursion and the same resampling as the mean's, on what is new in each sample with alternating sign: the
-    // signal cancels, the noise stays. So its square is the mean's variance, however history was blended and resampled.
+    // The same recursion and the same resampling as the mean's, with alternating sign: the signal cancels, the noise stays.
+    // So its square is the mean's variance, however history was blended and resampled. Alternating, and not random, because
+    // after a bright sample the next ones deviate downwards: flipped, these add to it instead of hiding it.
     let flip = select(-1.0, 1.0, (frame.index & 1u) == 0u);
-    let deviation = (1.0 - alpha) * old_noise.y + flip * alpha * sqrt(1.0 - alpha) * d;
+    let deviation = (1.0 - alpha) * old_noise.y + flip * alpha * innovation;
     textureStore(history, id.xy, vec4(dither_to_half(mean, id.xy, 2u * frame.index + 1u), count));
     textureStore(noise, id.xy, vec4(v, deviation, 0.0, 0.0));
 }
 
-// Variance of one sample from the spread of this frame's samples over the same surface.
-fn spatial_variance(pixel: vec2<u32>) -> f32 {
+struct Spread {
+    mean: f32,
+    variance: f32, // of one sample
+}
+
+// Mean and variance of luminance over this frame's samples on the same surface.
+fn spatial_spread(pixel: vec2<u32>) -> Spread {
     let centre = unpack_surface(textureLoad(guide, pixel, 0));
     let p = position_of(frame, frame.current, vec2<f32>(pixel), centre.depth);
     // About the pixel's own value: the difference of two large squares would lose f32's digits.
@@ -86,9 +99,9 @@ fn spatial_variance(pixel: vec2<u32>) -> f32 {
     }
     if weight < 2.0 {
         // Alone: as uncertain as the value is large.
-        return origin * origin;
+        return Spread(0.0, origin * origin);
     }
     let spread = max(sum_squares - sum * sum / weight, 0.0) / (weight - 1.0);
     // The images hold means of several samples, one of which spreads more.
-    return spread * samples / weight;
+    return Spread(origin + sum / weight, spread * samples / weight);
 }

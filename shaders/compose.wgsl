@@ -1,6 +1,6 @@
 // compose: mixes prediction and temporal mean by their estimated errors, and makes radiance of it again.
 //
-// Reads   guide, prediction, history; the caller's radiance (at misses), albedo, emission.
+// Reads   guide, prediction, history, noise; the caller's radiance (at misses), albedo, emission.
 // Writes  output: the caller's image; mix_weight: share of the temporal mean
 // Source  shrinkage towards a model by estimated risk: James and Stein, "Estimation with Quadratic Loss", 1961
 
@@ -10,11 +10,12 @@
 @group(0) @binding(1) var guide: texture_2d<u32>;
 @group(0) @binding(2) var prediction: texture_2d<f32>;
 @group(0) @binding(3) var history: texture_2d<f32>;
-@group(0) @binding(4) var radiance: texture_2d<f32>;
-@group(0) @binding(5) var albedo: texture_2d<f32>;
-@group(0) @binding(6) var emission: texture_2d<f32>;
-@group(0) @binding(7) var output: texture_storage_2d<rgba16float, write>;
-@group(0) @binding(8) var mix_weight: texture_storage_2d<r32float, write>;
+@group(0) @binding(4) var noise: texture_2d<f32>;
+@group(0) @binding(5) var radiance: texture_2d<f32>;
+@group(0) @binding(6) var albedo: texture_2d<f32>;
+@group(0) @binding(7) var emission: texture_2d<f32>;
+@group(0) @binding(8) var output: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(9) var mix_weight: texture_storage_2d<r32float, write>;
 
 const RADIUS = 2;       // pixels; the errors are means over 5x5 of one surface
 const SIDE = 12;        // workgroup and border
@@ -25,7 +26,8 @@ var<workgroup> normals: array<vec3<f32>, CELLS>;
 var<workgroup> positions: array<vec3<f32>, CELLS>;
 var<workgroup> depths: array<f32, CELLS>;
 var<workgroup> ids: array<u32, CELLS>;
-var<workgroup> errors: array<vec2<f32>, CELLS>; // squared distance of mean and model; variance of the mean, < 0: none
+// Squared distance of mean and model; the mean's variance as expected (< 0: no samples) and as found by bootstrap.
+var<workgroup> errors: array<vec3<f32>, CELLS>;
 
 @compute @workgroup_size(8, 8)
 fn compose(
@@ -70,14 +72,17 @@ fn load_cell(cell: i32, pixel: vec2<i32>) {
     ids[cell] = surface.id;
     positions[cell] = position_of(frame, frame.current, vec2<f32>(pixel), surface.depth);
     let predicted = textureLoad(prediction, pixel, 0);
-    let distance = luminance(textureLoad(history, pixel, 0).rgb - predicted.rgb);
-    errors[cell] = vec2(distance * distance, select(-1.0, predicted.w * predicted.w, predicted.w >= 0.0));
+    let mean = textureLoad(history, pixel, 0);
+    let distance = luminance(mean.rgb - predicted.rgb);
+    let deviation = textureLoad(noise, pixel, 0).y;
+    errors[cell] = vec3(distance * distance, predicted.w * abs(predicted.w), deviation * deviation);
 }
 
 // Mean and model differ by the model's error and by the mean's noise: what is left of the squared distance D after the
 // variance V is the model's squared error B, and the best mix gives the mean B / (B + V) = 1 - V / D. Both are pooled: a
-// pixel's own variance is low just where its samples happen to be dark, and would keep them so. The mean of m squares
-// deviates by sqrt(2 / m) of itself; what exceeds V by no more than that is taken for chance.
+// pixel's own variance is low just where its samples happen to be dark, and would keep them so. The pixel that differs most
+// is left out, since one bright sample alone says nothing of the model. The mean of m squares deviates by sqrt(2 / m) of
+// itself; what exceeds V by no more than that is taken for chance.
 fn temporal_share(cell: i32) -> f32 {
     if !has(frame, FLAG_MIX) || errors[cell].y < 0.0 {
         return 0.0;
@@ -86,8 +91,9 @@ fn temporal_share(cell: i32) -> f32 {
     centre.normal = normals[cell];
     centre.depth = depths[cell];
     centre.id = ids[cell];
-    var sum = vec2(0.0);
-    var pooled = 0.0;
+    var sum = vec3(0.0);
+    var largest = vec3(0.0);
+    var pooled = -1.0;
     for (var y = -RADIUS; y <= RADIUS; y++) {
         for (var x = -RADIUS; x <= RADIUS; x++) {
             let tap = cell + y * SIDE + x;
@@ -98,8 +104,15 @@ fn temporal_share(cell: i32) -> f32 {
             if same_surface(centre, other, positions[tap] - positions[cell]) && errors[tap].y >= 0.0 {
                 sum += errors[tap];
                 pooled += 1.0;
+                if errors[tap].x > largest.x {
+                    largest = errors[tap];
+                }
             }
         }
     }
-    return select(saturate(1.0 - (1.0 + sqrt(2.0 / pooled)) * sum.y / sum.x), 0.0, sum.x <= 0.0);
+    let left = sum - largest;
+    if pooled < 1.0 || left.x <= 0.0 {
+        return 0.0;
+    }
+    return saturate(1.0 - max(left.y, left.z) / left.x);
 }

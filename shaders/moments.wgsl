@@ -107,9 +107,7 @@ fn value_of(entry: u32, i: u32) -> f32 {
             return noises[i].y * noises[i].y;
         }
         case TILE_EXPECTED: {
-            // v / n, and the share of it that deviations hold: the first sample deviates from nothing.
-            let n = max(weights[i], 1.0);
-            return noises[i].x * (n - 1.0) / (n * n);
+            return noises[i].x / max(weights[i], 1e-3);
         }
         default: {
             return columns[i][entry - TILE_MEAN];

@@ -194,7 +194,17 @@ impl Denoiser {
         );
         passes.compose.record(
             recorder,
-            &ComposeViews { guide, prediction, history, radiance, albedo, emission, output, mix_weight },
+            &ComposeViews {
+                guide,
+                prediction,
+                history,
+                noise,
+                radiance,
+                albedo,
+                emission,
+                output,
+                mix_weight,
+            },
             self.size,
         );
         if let Some((_, debug)) = inputs.debug {

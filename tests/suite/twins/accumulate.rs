@@ -16,7 +16,8 @@ fn rgb(v: &[f64; 4]) -> [f64; 3] {
     [v[0], v[1], v[2]]
 }
 
-fn spatial_variance(u: &FrameUniforms, i: usize, signal: &[[f64; 4]], surfaces: &[super::Surface]) -> f64 {
+/// Mean and variance.
+fn spatial_spread(u: &FrameUniforms, i: usize, signal: &[[f64; 4]], surfaces: &[super::Surface]) -> [f64; 2] {
     let [width, height] = u.size.map(i64::from);
     let (x, y) = (i as i64 % width, i as i64 / width);
     let position = |x: i64, y: i64, depth| position_of(u, &u.current, DVec2::new(x as f64, y as f64), depth);
@@ -33,11 +34,12 @@ fn spatial_variance(u: &FrameUniforms, i: usize, signal: &[[f64; 4]], surfaces: 
         }
     }
     if values.len() < 2 {
-        return luminance(rgb(&signal[i])).powi(2);
+        return [0.0, luminance(rgb(&signal[i])).powi(2)];
     }
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
-    values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0) * samples / n
+    let spread = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    [mean, spread * samples / n]
 }
 
 #[test]
@@ -89,13 +91,12 @@ fn matches_its_twin_on_random_history() {
         let mean: Vec<f64> = (0..3).map(|c| old[i][c] + alpha * (signal[i][c] - old[i][c])).collect();
         expected.push([mean[0], mean[1], mean[2], n]);
         let d = luminance(rgb(&signal[i])) - luminance(rgb(&old[i]));
-        expected_noise.push(if n < 4.0 {
-            spatial_variance(&u, i, &signal, &surfaces)
-        } else {
-            (1.0 - alpha) * (v + alpha * k * d * d)
-        });
+        let [mean, spread] = spatial_spread(&u, i, &signal, &surfaces);
+        let first = old[i][3] == 0.0;
+        let innovation = if first { luminance(rgb(&signal[i])) - mean } else { (1.0 - alpha).sqrt() * d };
+        let v = if n < 4.0 { spread } else { (1.0 - alpha) * (v + alpha * k * d * d) };
         // Frame 7 is odd: the sign is negative.
-        expected_noise.push((1.0 - alpha) * e - alpha * (1.0 - alpha).sqrt() * d);
+        expected_noise.extend([v, (1.0 - alpha) * e - alpha * innovation]);
     }
     // One dithered step of a half float.
     let step = 2.0_f64.powi(-10);

@@ -37,7 +37,7 @@ pub fn rows(
             columns[..N - 3].copy_from_slice(&features(u, i, &surfaces[i]));
             columns[N - 3..].copy_from_slice(&history[i][..3]);
             let ([v, e], n) = (noise[i].map(f64::from), history[i][3]);
-            rows.push(((n, columns), [v, e * e, v * (n - 1.0) / (n * n)]));
+            rows.push(((n, columns), [v, e * e, v / n]));
         }
     }
     rows
