@@ -5,6 +5,8 @@
 
 // Below this alpha, f32 no longer resolves the highlight.
 const MIN_ALPHA: f32 = 1e-3;
+// Reflectance of glass-like surfaces at grazing incidence over that at normal incidence: 1 / 0.04.
+const GRAZING: f32 = 25.0;
 // Mean over the hemisphere of (1 - cos)^5, cosine-weighted: 1 / 21.
 const MEAN_SCHLICK: f32 = 0.047619;
 
@@ -76,12 +78,13 @@ fn evaluate_bsdf(bsdf: Bsdf, out: vec3f, into: vec3f) -> vec4f {
     return vec4f(value, pdf);
 }
 
+// What the coat reflects, and so keeps from the base.
 fn coat(bsdf: Bsdf, cosine: f32) -> f32 {
-    return mix(bsdf.coat_f0, bsdf.coat_f0 * 25.0, schlick(cosine));
+    return mix(bsdf.coat_f0, bsdf.coat_f0 * GRAZING, schlick(cosine));
 }
 
 fn coat_mean(bsdf: Bsdf) -> f32 {
-    return mix(bsdf.coat_f0, bsdf.coat_f0 * 25.0, MEAN_SCHLICK);
+    return mix(bsdf.coat_f0, bsdf.coat_f0 * GRAZING, MEAN_SCHLICK);
 }
 
 // A direction to go on in; its density is `evaluate_bsdf`'s.

@@ -62,55 +62,63 @@ fn intersect(origin: vec3f, direction: vec3f, limit: f32, any: bool) -> Hit {
         }
         var entry = node_entry(root_low, root_high);
         var depth = 0u;
-        loop {
-            let count = entry >> COUNT_SHIFT;
-            let first = entry & ((1u << COUNT_SHIFT) - 1u);
-            if count == 0u {
-                let texel = 2u * first;
+        var done = false;
+        while !done {
+            // Descend until a leaf, so that the lanes of a group meet in the leaves' loop.
+            while !done && (entry >> COUNT_SHIFT) == 0u {
+                let texel = 2u * entry;
                 let low_a = textureLoad(nodes, scene_texel(texel), 0);
                 let high_a = textureLoad(nodes, scene_texel(texel + 1u), 0);
                 let low_b = textureLoad(nodes, scene_texel(texel + 2u), 0);
                 let high_b = textureLoad(nodes, scene_texel(texel + 3u), 0);
                 let enter_a = enter_box(low_a.xyz, high_a.xyz, o, inverse, nearest);
                 let enter_b = enter_box(low_b.xyz, high_b.xyz, o, inverse, nearest);
-                let entry_a = node_entry(low_a, high_a);
-                let entry_b = node_entry(low_b, high_b);
                 let a_first = enter_a <= enter_b;
+                let near = node_entry(select(low_b, low_a, a_first), select(high_b, high_a, a_first));
+                if max(enter_a, enter_b) < FAR {
+                    stack[depth] = node_entry(select(low_a, low_b, a_first), select(high_a, high_b, a_first));
+                    depth++;
+                }
                 if min(enter_a, enter_b) < FAR {
-                    if max(enter_a, enter_b) < FAR {
-                        stack[depth] = select(entry_a, entry_b, a_first);
-                        depth++;
-                    }
-                    entry = select(entry_b, entry_a, a_first);
-                    continue;
-                }
-            } else {
-                for (var i = first; i < first + count; i++) {
-                    let triangle = load_triangle(i);
-                    let p = cross(d, triangle.e2.xyz);
-                    let inverse_determinant = 1.0 / dot(triangle.e1.xyz, p);
-                    let s = o - triangle.v0.xyz;
-                    let u = dot(s, p) * inverse_determinant;
-                    let q = cross(s, triangle.e1.xyz);
-                    let v = dot(d, q) * inverse_determinant;
-                    let t = dot(triangle.e2.xyz, q) * inverse_determinant;
-                    // Written so that a NaN of a degenerate triangle is a miss.
-                    if u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0 && t < nearest {
-                        if triangle.v0.w >= 0.0 || !is_hole(i, triangle_material(triangle.v0.w), vec2f(u, v)) {
-                            nearest = t;
-                            hit = Hit(t, vec2f(u, v), i, instance);
-                        }
-                    }
-                }
-                if any && hit.distance < FAR {
-                    return hit;
+                    entry = near;
+                } else if depth > 0u {
+                    depth--;
+                    entry = stack[depth];
+                } else {
+                    done = true;
                 }
             }
-            if depth == 0u {
+            if done {
                 break;
             }
-            depth--;
-            entry = stack[depth];
+            let first = entry & ((1u << COUNT_SHIFT) - 1u);
+            let end = first + (entry >> COUNT_SHIFT);
+            for (var i = first; i < end; i++) {
+                let triangle = load_triangle(i);
+                let p = cross(d, triangle.e2.xyz);
+                let inverse_determinant = 1.0 / dot(triangle.e1.xyz, p);
+                let s = o - triangle.v0.xyz;
+                let u = dot(s, p) * inverse_determinant;
+                let q = cross(s, triangle.e1.xyz);
+                let v = dot(d, q) * inverse_determinant;
+                let t = dot(triangle.e2.xyz, q) * inverse_determinant;
+                // Written so that a NaN of a degenerate triangle is a miss.
+                if u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0 && t < nearest {
+                    if triangle.v0.w >= 0.0 || !is_hole(i, triangle_material(triangle.v0.w), vec2f(u, v)) {
+                        nearest = t;
+                        hit = Hit(t, vec2f(u, v), i, instance);
+                    }
+                }
+            }
+            if any && hit.distance < FAR {
+                return hit;
+            }
+            if depth > 0u {
+                depth--;
+                entry = stack[depth];
+            } else {
+                done = true;
+            }
         }
     }
     return hit;

@@ -12,7 +12,6 @@ struct Surface {
     emission: vec3f,
     // Density per area with which next-event estimation chooses this point; 0 where it never does.
     light_pdf: f32,
-    // World area of a unit of the cone's squared width, in uv.
     instance: u32,
     surface_id: u32,
 }

@@ -249,3 +249,72 @@ fn projection(camera: &quell::Camera) -> Vec4 {
     let p = camera.clip_from_view;
     Vec4::new(p.x_axis.x, p.y_axis.y, p.z_axis.x, p.z_axis.y)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::mem::offset_of;
+    use wgpu::naga;
+
+    macro_rules! fields {
+        ($($field:ident),* $(,)?) => {
+            vec![$((stringify!($field), offset_of!(FrameUniform, $field))),*]
+        };
+    }
+
+    #[test]
+    fn uniform_has_the_layout_of_the_shaders() {
+        let source = crate::tracer::shaders::source("trace").expect("all includes exist");
+        let module = naga::front::wgsl::parse_str(&source).expect("parses");
+        let is_frame = |(_, ty): &(_, &naga::Type)| ty.name.as_deref() == Some("Frame");
+        let (_, frame) = module.types.iter().find(is_frame).expect("the shaders have a Frame");
+        let naga::TypeInner::Struct { members, span } = &frame.inner else {
+            panic!("Frame is no struct");
+        };
+        let found: Vec<(&str, usize)> =
+            members.iter().map(|m| (m.name.as_deref().unwrap_or_default(), m.offset as usize)).collect();
+        let expected = fields![
+            view_from_world,
+            prev_view_from_world,
+            projection,
+            prev_projection,
+            eye,
+            prev_eye,
+            sun_direction,
+            sun_radiance,
+            sky_zenith,
+            sky_horizon,
+            sky_ground,
+            light_choice,
+            jitter_px,
+            size,
+            material_frame_offset,
+            punctual_offset,
+            light_offset,
+            instance_count,
+            punctual_count,
+            light_count,
+            spp,
+            max_bounces,
+            strategy,
+            frame_index,
+            seed,
+            offset_floor,
+        ];
+        assert_eq!(found, expected);
+        assert_eq!(*span as usize, size_of::<FrameUniform>());
+    }
+
+    #[test]
+    fn alias_table_keeps_the_weights() {
+        let weights = [3.0, 0.0, 1.0, 0.5, 7.5];
+        let mut chance = [0.0; 5];
+        for (i, (keep, other)) in alias_table(&weights).into_iter().enumerate() {
+            chance[i] += keep / 5.0;
+            chance[other] += (1.0 - keep) / 5.0;
+        }
+        for (found, weight) in chance.iter().zip(weights) {
+            assert!((found - weight / 12.0).abs() < 1e-6, "{chance:?}");
+        }
+    }
+}

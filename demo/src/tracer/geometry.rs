@@ -147,7 +147,7 @@ fn build(soup: &[Soup]) -> Bvh2 {
         Triangle { v0: a, v1: b, v2: c }
     };
     let triangles: Vec<Triangle> = soup.iter().map(triangle).collect();
-    let params = BvhBuildParams { max_prims_per_leaf: 4, ..BvhBuildParams::medium_build() };
+    let params = BvhBuildParams { max_prims_per_leaf: 2, ..BvhBuildParams::medium_build() };
     build_bvh2(&triangles, params, &mut Default::default())
 }
 

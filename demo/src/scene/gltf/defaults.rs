@@ -81,7 +81,7 @@ fn camera(scene: &Scene, placed: &Placed<'_>, low: Vec3, high: Vec3) -> CameraPa
     let vertical_fov = 0.7_f32;
     let distance = 0.5 * size.y.max(size.x * 9.0 / 16.0) / (0.5 * vertical_fov).tan() + 0.5 * size.z;
     let open_front = open_side(scene, centre, size);
-    let eye = centre + open_front * distance * 1.15;
+    let eye = centre + open_front * distance * 1.03;
     let pose = CameraPose { eye, target: centre, up: Vec3::Y, vertical_fov };
     CameraPath::Sway { pose, amplitude: 0.06 * size.length(), period: 12.0 }
 }
