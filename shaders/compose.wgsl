@@ -17,8 +17,11 @@
 @group(0) @binding(8) var output: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(9) var mix_weight: texture_storage_2d<r32float, write>;
 
-const RADIUS = 2;       // pixels; the errors are means over 5x5 of one surface
-const SIDE = 12;        // workgroup and border
+const SMOOTH_RADIUS = 1; // pixels; a model's error is smooth over 3x3, noise is not
+const POOL_RADIUS = 2;   // pixels; squares are pooled over 5x5
+const CHANCE = 2.0;      // pooled smooth noise deviates by about as much as it is
+const BORDER = SMOOTH_RADIUS + POOL_RADIUS;
+const SIDE = 8 + 2 * BORDER;
 const CELLS = SIDE * SIDE;
 
 // A pixel and its border, read once by the workgroup. Depth 0 is a miss or lies outside the frame.
@@ -26,8 +29,9 @@ var<workgroup> normals: array<vec3<f32>, CELLS>;
 var<workgroup> positions: array<vec3<f32>, CELLS>;
 var<workgroup> depths: array<f32, CELLS>;
 var<workgroup> ids: array<u32, CELLS>;
-// Squared distance of mean and model; the mean's variance as expected (< 0: no samples) and as found by bootstrap.
-var<workgroup> errors: array<vec3<f32>, CELLS>;
+var<workgroup> variances: array<f32, CELLS>;       // of the temporal mean, as expected; < 0 without samples
+var<workgroup> residuals: array<vec2<f32>, CELLS>; // temporal mean minus prediction; the mean's deviation
+var<workgroup> smoothed: array<vec2<f32>, CELLS>;  // residuals, over 3x3
 
 @compute @workgroup_size(8, 8)
 fn compose(
@@ -37,13 +41,17 @@ fn compose(
     @builtin(local_invocation_index) lane: u32,
 ) {
     for (var cell = i32(lane); cell < CELLS; cell += 64) {
-        load_cell(cell, vec2<i32>(group.xy * 8u) + vec2(cell % SIDE, cell / SIDE) - vec2(RADIUS));
+        load_cell(cell, vec2<i32>(group.xy * 8u) + vec2(cell % SIDE, cell / SIDE) - vec2(BORDER));
+    }
+    workgroupBarrier();
+    for (var cell = i32(lane); cell < CELLS; cell += 64) {
+        smooth_cell(cell);
     }
     workgroupBarrier();
     if any(id.xy >= frame.size) {
         return;
     }
-    let cell = (i32(local.y) + RADIUS) * SIDE + i32(local.x) + RADIUS;
+    let cell = (i32(local.y) + BORDER) * SIDE + i32(local.x) + BORDER;
     if depths[cell] <= 0.0 {
         let seen = textureLoad(radiance, id.xy, 0).rgb;
         textureStore(output, id.xy, vec4(clamp(select(vec3(0.0), seen, all_finite(seen)), vec3(0.0), vec3(HALF_MAX)), 1.0));
@@ -72,47 +80,57 @@ fn load_cell(cell: i32, pixel: vec2<i32>) {
     ids[cell] = surface.id;
     positions[cell] = position_of(frame, frame.current, vec2<f32>(pixel), surface.depth);
     let predicted = textureLoad(prediction, pixel, 0);
-    let mean = textureLoad(history, pixel, 0);
-    let distance = luminance(mean.rgb - predicted.rgb);
-    let deviation = textureLoad(noise, pixel, 0).y;
-    errors[cell] = vec3(distance * distance, predicted.w * abs(predicted.w), deviation * deviation);
+    let mean = luminance(textureLoad(history, pixel, 0).rgb);
+    variances[cell] = predicted.w * abs(predicted.w);
+    residuals[cell] = vec2(mean - luminance(predicted.rgb), textureLoad(noise, pixel, 0).y);
 }
 
-// Mean and model differ by the model's error and by the mean's noise: what is left of the squared distance D after the
-// variance V is the model's squared error B, and the best mix gives the mean B / (B + V) = 1 - V / D. Both are pooled: a
-// pixel's own variance is low just where its samples happen to be dark, and would keep them so. The pixel that differs most
-// is left out, since one bright sample alone says nothing of the model. The mean of m squares deviates by sqrt(2 / m) of
-// itself; what exceeds V by no more than that is taken for chance.
-fn temporal_share(cell: i32) -> f32 {
-    if !has(frame, FLAG_MIX) || errors[cell].y < 0.0 {
-        return 0.0;
-    }
-    var centre: Surface;
-    centre.normal = normals[cell];
-    centre.depth = depths[cell];
-    centre.id = ids[cell];
-    var sum = vec3(0.0);
-    var largest = vec3(0.0);
-    var pooled = -1.0;
-    for (var y = -RADIUS; y <= RADIUS; y++) {
-        for (var x = -RADIUS; x <= RADIUS; x++) {
-            let tap = cell + y * SIDE + x;
-            var other = centre;
-            other.normal = normals[tap];
-            other.depth = depths[tap];
-            other.id = ids[tap];
-            if same_surface(centre, other, positions[tap] - positions[cell]) && errors[tap].y >= 0.0 {
-                sum += errors[tap];
-                pooled += 1.0;
-                if errors[tap].x > largest.x {
-                    largest = errors[tap];
-                }
+// Whether the cells show one surface and both have samples.
+fn related(a: i32, b: i32) -> bool {
+    return depths[b] > 0.0
+        && variances[b] >= 0.0
+        && ids[a] == ids[b]
+        && dot(normals[a], normals[b]) > NORMAL_COSINE
+        && abs(dot(normals[a], positions[b] - positions[a])) < PLANE_DISTANCE * depths[a];
+}
+
+fn smooth_cell(cell: i32) {
+    let column = cell % SIDE;
+    let row = cell / SIDE;
+    var sum = vec2(0.0);
+    var count = 0.0;
+    for (var y = max(row - SMOOTH_RADIUS, 0); y <= min(row + SMOOTH_RADIUS, SIDE - 1); y++) {
+        for (var x = max(column - SMOOTH_RADIUS, 0); x <= min(column + SMOOTH_RADIUS, SIDE - 1); x++) {
+            if related(cell, y * SIDE + x) {
+                sum += residuals[y * SIDE + x];
+                count += 1.0;
             }
         }
     }
-    let left = sum - largest;
-    if pooled < 1.0 || left.x <= 0.0 {
+    smoothed[cell] = sum / max(count, 1.0);
+}
+
+// The temporal mean differs from the prediction by the model's error and by its own noise. The best mix gives it the share
+// B / (B + V), with B the model's squared error and V the mean's variance. B is what the smoothed residuals have more of than
+// the smoothed deviations, which hold noise alone, blended and resampled like the mean's. All are pooled: a pixel's own
+// variance is low just where its samples happen to be dark, and would keep them so.
+fn temporal_share(cell: i32) -> f32 {
+    if !has(frame, FLAG_MIX) || variances[cell] < 0.0 {
         return 0.0;
     }
-    return saturate(1.0 - max(left.y, left.z) / left.x);
+    var error = 0.0;
+    var expected = 0.0;
+    var found = 0.0;
+    for (var y = -POOL_RADIUS; y <= POOL_RADIUS; y++) {
+        for (var x = -POOL_RADIUS; x <= POOL_RADIUS; x++) {
+            let tap = cell + y * SIDE + x;
+            if related(cell, tap) {
+                error += smoothed[tap].x * smoothed[tap].x - CHANCE * smoothed[tap].y * smoothed[tap].y;
+                expected += variances[tap];
+                found += residuals[tap].y * residuals[tap].y;
+            }
+        }
+    }
+    let share = max(error, 0.0) / (max(error, 0.0) + max(expected, found));
+    return select(share, 0.0, error <= 0.0);
 }

@@ -21,6 +21,8 @@ var<workgroup> means: array<f32, COLUMNS>;
 
 // How much more a noiseless tile may count than the window's average one: a variance from few samples may be 0 by luck.
 const VARIANCE_FLOOR = 0.1;
+// Variance of one sample over its squared mean that is believed; more comes of windows that are all but black.
+const MOST_NOISE = 1e3;
 
 @compute @workgroup_size(64)
 fn fit(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
@@ -43,6 +45,10 @@ fn fit(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocation_index
     if lane < FEATURES {
         let distance = length(vec3(means[3], means[4], means[5]));
         ridge_floors[lane] = feature_floor(lane, distance);
+        // Noise of one sample over the prior's variance, that of a slope of the mean colour per unit.
+        let colour = luminance(vec3(means[FEATURES], means[FEATURES + 1u], means[FEATURES + 2u]));
+        let unit = feature_unit(lane, distance, f32(frame.window_radius * TILE) + 0.5 * f32(TILE));
+        ridge_priors[lane] = min(total.y / max(colour * colour, 1e-12), MOST_NOISE) * unit * unit;
     }
     workgroupBarrier();
     // An empty window solves a harmless system instead of leaving uniform control flow.

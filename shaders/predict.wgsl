@@ -53,7 +53,10 @@ fn predict(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) 
     }
     var standard_error = -1.0;
     if mean.w > 0.0 && sum.w > 0.0 {
-        standard_error = sqrt(gain / sum.w * textureLoad(noise, id.xy, 0).x / mean.w);
+        // One more sample, as uncertain as the prediction is bright: few samples that all were dark are no certainty.
+        let prior = luminance(predicted) * luminance(predicted);
+        let v = (textureLoad(noise, id.xy, 0).x * mean.w + prior) / (mean.w + 1.0);
+        standard_error = sqrt(gain / sum.w * v / mean.w);
     }
     textureStore(prediction, id.xy, vec4(predicted, min(standard_error, HALF_MAX)));
 }

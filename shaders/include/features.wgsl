@@ -31,6 +31,17 @@ fn feature_floor(feature: u32, depth: f32) -> f32 {
     return select(0.05, 0.5, feature >= 8u);
 }
 
+// The change of a feature over which colour may be expected to change by as much as it is. `reach` is half the window.
+fn feature_unit(feature: u32, depth: f32, reach: f32) -> f32 {
+    if feature >= 3u && feature <= 5u {
+        return 0.1 * depth;
+    }
+    if feature == 7u {
+        return 0.3; // most pairs of hashed ids differ by more
+    }
+    return select(1.0, reach, feature >= 8u);
+}
+
 // Place of row i, column j >= i in the triangle.
 fn square_index(i: u32, j: u32) -> u32 {
     return i * COLUMNS - i * (i + 1u) / 2u + j;

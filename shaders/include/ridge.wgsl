@@ -2,6 +2,8 @@
 //
 // The moments are about their means, so the constant is not part of the system and is not shrunk. Features are scaled to
 // unit deviation first; slopes come back in the features' own units.
+// The ridge is what keeps the system sound, and a prior: slopes beyond a change of 100 % per feature unit must be earned by
+// samples, or a few pixels with features of their own would be fitted to their own noise.
 // Source: Hoerl and Kennard, "Ridge Regression", Technometrics 1970; elimination of a symmetric matrix as L D L^T.
 
 const RIDGE_LANES = 64u;
@@ -9,11 +11,12 @@ const RIDGE = 1e-3; // of the total weight
 
 var<workgroup> ridge_squares: array<f32, SQUARES>;                  // in: sum w (z - mean z)(z - mean z)^T
 var<workgroup> ridge_floors: array<f32, FEATURES>;                  // in: least deviation that counts
+var<workgroup> ridge_priors: array<f32, FEATURES>;                  // in: ridge in the features' own units
 var<workgroup> ridge_system: array<array<f32, COLUMNS>, FEATURES>;
 var<workgroup> ridge_scales: array<f32, FEATURES>;
 var<workgroup> ridge_slopes: array<array<f32, CHANNELS>, FEATURES>; // out
 
-// Call from uniform control flow, after a barrier that follows the writes to ridge_squares and ridge_floors; `weight` is
+// Call from uniform control flow, after a barrier that follows the writes to the inputs above; `weight` is
 // the total weight, above 0. Slopes are readable by all on return.
 fn ridge_solve(weight: f32, lane: u32) {
     if lane < FEATURES {
@@ -32,7 +35,7 @@ fn ridge_solve(weight: f32, lane: u32) {
             value *= ridge_scales[j];
         }
         if i == j {
-            value += RIDGE * weight;
+            value += RIDGE * weight + ridge_priors[i] * ridge_scales[i] * ridge_scales[i];
         }
         ridge_system[i][j] = value;
     }

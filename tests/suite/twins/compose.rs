@@ -29,13 +29,13 @@ fn matches_its_twin_on_random_images() {
     let prediction: Vec<[half::f16; 4]> = history
         .iter()
         .map(|h| {
-            let standard_error = if f32::from(h[3]) == 0.0 { -1.0 } else { random.random_range(0.0..0.6) };
-            let error: f32 = random.random_range(-0.8..0.8);
+            let standard_error = if f32::from(h[3]) == 0.0 { -1.0 } else { random.random_range(0.0..0.3) };
+            let error: f32 = random.random_range(-0.4..0.8); // with a bias, as models have
             let colour = [h[0], h[1], h[2]].map(|c| (f32::from(c) + error).max(0.0));
             [colour[0], colour[1], colour[2], standard_error].map(half::f16::from_f32)
         })
         .collect();
-    let noise: Vec<[f32; 2]> = surfaces.iter().map(|_| [0.0, random.random_range(-0.6..0.6)]).collect();
+    let noise: Vec<[f32; 2]> = surfaces.iter().map(|_| [0.0, random.random_range(-0.3..0.3)]).collect();
     let half_texels = |texels: &[[f32; 4]]| -> Vec<[half::f16; 4]> {
         texels.iter().map(|t| t.map(half::f16::from_f32)).collect()
     };
@@ -66,6 +66,21 @@ fn matches_its_twin_on_random_images() {
         let pixel = DVec2::new((i % width) as f64, (i / width) as f64);
         position_of(&u, &u.current, pixel, surfaces[i].depth)
     };
+    let related = |i: usize, t: usize| {
+        same_surface(&surfaces[i], &surfaces[t], position(t) - position(i)) && prediction[t][3] >= 0.0
+    };
+    let around = |i: usize, radius: usize| -> Vec<usize> {
+        let (x, y) = (i % width, i / width);
+        let rows = y.saturating_sub(radius)..(y + radius + 1).min(height);
+        let columns = x.saturating_sub(radius)..(x + radius + 1).min(width);
+        let taps = rows.flat_map(|ty| columns.clone().map(move |tx| ty * width + tx));
+        taps.filter(|&t| related(i, t)).collect()
+    };
+    let residual = |i: usize| luminance(rgb(&history[i])) - luminance(rgb(&prediction[i]));
+    let deviation = |i: usize| f64::from(noise[i][1]);
+    let mean = |taps: &[usize], value: &dyn Fn(usize) -> f64| {
+        taps.iter().map(|&t| value(t)).sum::<f64>() / taps.len().max(1) as f64
+    };
     let (mut expected, mut expected_share) = (vec![], vec![]);
     for i in 0..surfaces.len() {
         if surfaces[i].is_miss() {
@@ -74,29 +89,16 @@ fn matches_its_twin_on_random_images() {
             expected_share.push(1.0);
             continue;
         }
-        let mut pool = vec![];
-        let (x, y) = (i % width, i / width);
-        for ty in y.saturating_sub(2)..(y + 3).min(height) {
-            for tx in x.saturating_sub(2)..(x + 3).min(width) {
-                let t = ty * width + tx;
-                let same = same_surface(&surfaces[i], &surfaces[t], position(t) - position(i));
-                if same && prediction[t][3] >= 0.0 {
-                    let d = luminance(rgb(&history[t])) - luminance(rgb(&prediction[t]));
-                    let found = f64::from(noise[t][1]).powi(2);
-                    pool.push((d * d, prediction[t][3].powi(2), found));
-                }
-            }
-        }
-        // Without the pixel that differs most.
-        pool.sort_by(|a, b| a.0.total_cmp(&b.0));
-        pool.pop();
-        let distance: f64 = pool.iter().map(|p| p.0).sum();
-        let expected_variance: f64 = pool.iter().map(|p| p.1).sum();
-        let found_variance: f64 = pool.iter().map(|p| p.2).sum();
-        let variance = expected_variance.max(found_variance);
-        let chance = 1.0 + (2.0 / pool.len() as f64).sqrt();
-        let none = prediction[i][3] < 0.0 || distance <= 0.0;
-        let share = if none { 0.0 } else { (1.0 - chance * variance / distance).clamp(0.0, 1.0) };
+        let pool = around(i, 2);
+        let error = |t: usize| {
+            let taps = around(t, 1);
+            mean(&taps, &residual).powi(2) - 2.0 * mean(&taps, &deviation).powi(2)
+        };
+        let error = pool.iter().map(|&t| error(t)).sum::<f64>().max(0.0);
+        let variance = pool.iter().map(|&t| prediction[t][3].powi(2)).sum::<f64>();
+        let variance = variance.max(pool.iter().map(|&t| deviation(t).powi(2)).sum());
+        let none = prediction[i][3] < 0.0 || error == 0.0;
+        let share = if none { 0.0 } else { error / (error + variance) };
         let colour: [f64; 3] = std::array::from_fn(|c| {
             let filtered = prediction[i][c] + share * (history[i][c] - prediction[i][c]);
             filtered * albedo[i][c].max(0.02) + [0.25, 0.5, 0.0][c]

@@ -38,15 +38,32 @@ fn scales(weight: f64, mean: &[f64; N], squares: &[f64]) -> [f64; F] {
     std::array::from_fn(|i| 1.0 / (squares[index(i, i)] / weight).sqrt().max(floor(i, distance)))
 }
 
+/// Ridge in the features' own units: what a slope of the mean colour per feature unit weighs in samples.
+fn priors(variance: f64, mean: &[f64; N], window_radius: u32) -> [f64; F] {
+    let distance = (mean[3] * mean[3] + mean[4] * mean[4] + mean[5] * mean[5]).sqrt();
+    let colour = super::luminance([mean[F], mean[F + 1], mean[F + 2]]);
+    let noise = (variance / (colour * colour).max(1e-12)).min(1e3);
+    std::array::from_fn(|i| {
+        let unit = match i {
+            3..=5 => 0.1 * distance,
+            7 => 0.3,
+            8..=9 => f64::from(window_radius * 4 + 2),
+            _ => 1.0,
+        };
+        noise * unit * unit
+    })
+}
+
 /// Slopes by ridge regression from moments about their means, by Gaussian elimination with pivoting.
-pub fn fit(weight: f64, mean: [f64; N], squares: &[f64]) -> Model {
+pub fn fit(weight: f64, mean: [f64; N], squares: &[f64], priors: &[f64; F]) -> Model {
     let mut slopes = [[0.0; 3]; F];
     if weight > 0.0 {
         let scales = scales(weight, &mean, squares);
         let at = |i: usize, j: usize| squares[index(i.min(j), i.max(j))];
         let mut system: Vec<Vec<f64>> = (0..F)
             .map(|i| {
-                let ridge = |j| if i == j { RIDGE * weight } else { 0.0 };
+                let prior = priors[i] * scales[i] * scales[i];
+                let ridge = |j| if i == j { RIDGE * weight + prior } else { 0.0 };
                 let features = (0..F).map(|j| scales[i] * scales[j] * at(i, j) + ridge(j));
                 features.chain((F..N).map(|j| scales[i] * at(i, j))).collect()
             })
@@ -77,11 +94,16 @@ fn solve(system: &mut [Vec<f64>]) {
 
 /// Recursive least squares over pixels, as in the paper: P starts at the inverse of the ridge (for the constant, large),
 /// each pixel updates it and the coefficients. Features are centred and scaled; the first coefficient is the constant.
-fn recursive_least_squares(rows: &[Row], mean: &[f64; N], scales: &[f64; F], ridge: f64) -> Vec<[f64; 3]> {
+fn recursive_least_squares(
+    rows: &[Row],
+    mean: &[f64; N],
+    scales: &[f64; F],
+    ridge: &[f64; F],
+) -> Vec<[f64; 3]> {
     let n = F + 1;
     let mut p = vec![vec![0.0; n]; n];
     p[0][0] = 1e4;
-    (1..n).for_each(|i| p[i][i] = 1.0 / ridge);
+    (1..n).for_each(|i| p[i][i] = 1.0 / ridge[i - 1]);
     let mut beta = vec![[0.0; 3]; n];
     for (w, columns) in rows {
         let z: Vec<f64> = (0..n)
@@ -146,9 +168,11 @@ fn nested_moments_equal_recursive_least_squares_over_pixels() {
             }
         }
     }
-    let model = fit(weight, mean, &squares);
+    let priors = priors(0.7, &mean, 2);
+    let model = fit(weight, mean, &squares, &priors);
     let scales = scales(weight, &mean, &squares);
-    let recursive = recursive_least_squares(&all, &mean, &scales, RIDGE * weight);
+    let ridge = std::array::from_fn(|i| RIDGE * weight + priors[i] * scales[i] * scales[i]);
+    let recursive = recursive_least_squares(&all, &mean, &scales, &ridge);
     for c in 0..3 {
         // The recursion's constant starts with a ridge of 1e-4, a hundred-millionth of the weight.
         assert!((recursive[0][c] - mean[F + c]).abs() < 1e-6, "constant {c}");
@@ -252,7 +276,7 @@ fn check(tiles: &[(f64, Vec<Row>)], size: [u32; 2], window_radius: u32) -> f64 {
                 }
             }
         }
-        let twin = fit(weight, mean, &squares);
+        let twin = fit(weight, mean, &squares, &priors(noise, &mean, window_radius));
         let gpu_model = &found[centre * stride..][..stride];
         assert_eq!(gpu_model[0] > 0.0, twin.weight > 0.0, "centre {centre}");
         assert!((gpu_model[1] - if twin.weight > 0.0 { 0.5 } else { 1.0 }).abs() < 1e-5);

@@ -1,7 +1,7 @@
 //! `predict` against its f64 twin.
 
 use super::surface::features;
-use super::{guide, mismatches, random_history, run, uniforms, wide};
+use super::{guide, luminance, mismatches, random_history, run, uniforms, wide};
 use crate::gpu::{blank, download, gpu, upload, upload_buffer};
 use crate::sequence::frame;
 use glam::Vec3;
@@ -76,7 +76,10 @@ fn check(window_radius: u32) {
         let mean = [history[i][0], history[i][1], history[i][2]];
         let predicted = if total > 0.0 { sum.map(|s| (s / total).max(0.0)) } else { mean };
         let standard_error = if total > 0.0 && history[i][3] > 0.0 {
-            (gain / total * f64::from(noise[i][0]) / history[i][3]).sqrt()
+            let n = history[i][3];
+            // With one more sample, as uncertain as the prediction is bright.
+            let v = (f64::from(noise[i][0]) * n + luminance(predicted).powi(2)) / (n + 1.0);
+            (gain / total * v / n).sqrt()
         } else {
             -1.0
         };
