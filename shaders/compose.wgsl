@@ -121,6 +121,7 @@ fn temporal_share(cell: i32) -> f32 {
     var error = 0.0;
     var expected = 0.0;
     var found = 0.0;
+    var pooled = 0.0;
     for (var y = -POOL_RADIUS; y <= POOL_RADIUS; y++) {
         for (var x = -POOL_RADIUS; x <= POOL_RADIUS; x++) {
             let tap = cell + y * SIDE + x;
@@ -128,9 +129,13 @@ fn temporal_share(cell: i32) -> f32 {
                 error += smoothed[tap].x * smoothed[tap].x - CHANCE * smoothed[tap].y * smoothed[tap].y;
                 expected += variances[tap];
                 found += residuals[tap].y * residuals[tap].y;
+                pooled += 1.0;
             }
         }
     }
-    let share = max(error, 0.0) / (max(error, 0.0) + max(expected, found));
-    return select(share, 0.0, error <= 0.0);
+    if error <= 0.0 {
+        return 0.0;
+    }
+    // A pixel alone says nothing about the model.
+    return error / (error + max(expected, found)) * (1.0 - 1.0 / pooled);
 }

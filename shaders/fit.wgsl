@@ -46,15 +46,19 @@ fn fit(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocation_index
         let distance = length(vec3(means[3], means[4], means[5]));
         ridge_floors[lane] = feature_floor(lane, distance);
         // Noise of one sample over the prior's variance, that of a slope of the mean colour per unit.
-        let colour = luminance(vec3(means[FEATURES], means[FEATURES + 1u], means[FEATURES + 2u]));
         let unit = feature_unit(lane, distance, f32(frame.window_radius * TILE) + 0.5 * f32(TILE));
-        ridge_priors[lane] = min(total.y / max(colour * colour, 1e-12), MOST_NOISE) * unit * unit;
+        ridge_priors[lane] = relative_noise(total.y) * unit * unit;
     }
     workgroupBarrier();
     // An empty window solves a harmless system instead of leaving uniform control flow.
     ridge_solve(select(1.0, weight, weight > 0.0), lane);
-    let gain = noise_gain(tile_count);
-    write_model((centre.y * frame.centres.x + centre.x) * MODEL_STRIDE, weight, gain, lane);
+    let start = (centre.y * frame.centres.x + centre.x) * MODEL_STRIDE;
+    if lane == 0u {
+        models[start + MODEL_WEIGHT] = weight;
+        models[start + MODEL_NOISE_GAIN] = noise_gain(tile_count);
+        models[start + MODEL_RELATIVE_NOISE] = relative_noise(total.y);
+    }
+    write_model(start, lane);
 }
 
 // Tiles outside the frame stay, with weight 0, so that all windows have one shape.
@@ -115,6 +119,12 @@ fn window_mean(column: u32, weight: f32, tile_count: u32) -> f32 {
     return select(0.0, sum / weight, weight > 0.0);
 }
 
+// Variance of one sample over its squared mean.
+fn relative_noise(variance: f32) -> f32 {
+    let colour = luminance(vec3(means[FEATURES], means[FEATURES + 1u], means[FEATURES + 2u]));
+    return min(variance / max(colour * colour, 1e-12), MOST_NOISE);
+}
+
 // How much less the temporal means vary than as many independent samples would: resampling averages over neighbours, and
 // an exponential mean of length n over more than n samples.
 fn noise_gain(tile_count: u32) -> f32 {
@@ -149,11 +159,7 @@ fn tile_square(tile: u32, entry: u32) -> f32 {
     return tile_squares_high[tile * HALF_SQUARES + entry - HALF_SQUARES];
 }
 
-fn write_model(start: u32, weight: f32, gain: f32, lane: u32) {
-    if lane == 0u {
-        models[start + MODEL_WEIGHT] = weight;
-        models[start + MODEL_NOISE_GAIN] = gain;
-    }
+fn write_model(start: u32, lane: u32) {
     if lane < COLUMNS {
         models[start + MODEL_MEAN + lane] = means[lane];
     }

@@ -28,7 +28,7 @@ fn predict(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) 
     let z = features(id.xy, surface, position_of(frame, frame.current, vec2<f32>(id.xy), surface.depth));
     let reach = f32(frame.window_radius * TILE) + 0.5 * f32(TILE);
     var sum = vec4(0.0);
-    var gain = 0.0;
+    var noises = vec2(0.0); // gain, relative noise
     // The widest window (28 pixels about the middle of a cell's first tile) reaches one cell back and two ahead.
     for (var y = -1; y <= 2; y++) {
         for (var x = -1; x <= 2; x++) {
@@ -42,7 +42,8 @@ fn predict(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) 
             let start = (u32(centre.y) * frame.centres.x + u32(centre.x)) * MODEL_STRIDE;
             if weight > 0.0 && models[start + MODEL_WEIGHT] > 0.0 {
                 sum += weight * vec4(evaluate(start, z), 1.0);
-                gain += weight * models[start + MODEL_NOISE_GAIN];
+                noises += weight
+                    * vec2(models[start + MODEL_NOISE_GAIN], models[start + MODEL_RELATIVE_NOISE]);
             }
         }
     }
@@ -53,10 +54,11 @@ fn predict(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) 
     }
     var standard_error = -1.0;
     if mean.w > 0.0 && sum.w > 0.0 {
-        // One more sample, as uncertain as the prediction is bright: few samples that all were dark are no certainty.
-        let prior = luminance(predicted) * luminance(predicted);
-        let v = (textureLoad(noise, id.xy, 0).x * mean.w + prior) / (mean.w + 1.0);
-        standard_error = sqrt(gain / sum.w * v / mean.w);
+        // With a prior sample, as noisy as the window's are: few samples that all were dark are no certainty.
+        let l = luminance(predicted);
+        let prior = noises.y / sum.w * l * l;
+        let own = noises.x / sum.w * textureLoad(noise, id.xy, 0).x;
+        standard_error = sqrt((own * mean.w + prior) / (mean.w + 1.0) / mean.w);
     }
     textureStore(prediction, id.xy, vec4(predicted, min(standard_error, HALF_MAX)));
 }

@@ -67,10 +67,11 @@ const TILE_MEAN = 4u;
 const TILE_STRIDE = TILE_MEAN + COLUMNS;
 const HALF_SQUARES = (SQUARES + 1u) / 2u;
 
-// A model in memory: weight, noise gain (found over expected variance), means of the columns (its origin and its value
-// there), then slopes per feature and channel.
+// A model in memory: weight, noise gain (found over expected variance of the temporal means), relative noise (variance of one
+// sample over the squared mean), means of the columns (its origin and its value there), slopes per feature and channel.
 const MODEL_WEIGHT = 0u;
 const MODEL_NOISE_GAIN = 1u;
-const MODEL_MEAN = 2u;
+const MODEL_RELATIVE_NOISE = 2u;
+const MODEL_MEAN = 3u;
 const MODEL_SLOPE = MODEL_MEAN + COLUMNS;
 const MODEL_STRIDE = MODEL_SLOPE + FEATURES * CHANNELS;

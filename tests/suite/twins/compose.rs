@@ -98,7 +98,7 @@ fn matches_its_twin_on_random_images() {
         let variance = pool.iter().map(|&t| prediction[t][3].powi(2)).sum::<f64>();
         let variance = variance.max(pool.iter().map(|&t| deviation(t).powi(2)).sum());
         let none = prediction[i][3] < 0.0 || error == 0.0;
-        let share = if none { 0.0 } else { error / (error + variance) };
+        let share = if none { 0.0 } else { error / (error + variance) * (1.0 - 1.0 / pool.len() as f64) };
         let colour: [f64; 3] = std::array::from_fn(|c| {
             let filtered = prediction[i][c] + share * (history[i][c] - prediction[i][c]);
             filtered * albedo[i][c].max(0.02) + [0.25, 0.5, 0.0][c]

@@ -291,8 +291,8 @@ fn check(tiles: &[(f64, Vec<Row>)], size: [u32; 2], window_radius: u32) -> f64 {
                         mean(F + channel) + (0..F).map(|i| (c[i] - mean(i)) * slope(i)).sum::<f64>()
                     };
                     expected.push(value(&|i| twin.mean[i], &|i| twin.slopes[i][channel]));
-                    predicted.push(value(&|i| gpu_model[2 + i].into(), &|i| {
-                        gpu_model[2 + N + 3 * i + channel].into()
+                    predicted.push(value(&|i| gpu_model[3 + i].into(), &|i| {
+                        gpu_model[3 + N + 3 * i + channel].into()
                     }));
                 }
             }

@@ -27,7 +27,8 @@ fn check(window_radius: u32) {
             let mut model: Vec<f32> = (0..stride).map(|_| random.random_range(-0.1..0.1)).collect();
             model[0] = if random.random_bool(0.2) { 0.0 } else { 1.0 };
             model[1] = random.random_range(0.1..1.0);
-            model[2 + FEATURES as usize..][..3].fill(random.random_range(0.5..2.0));
+            model[2] = random.random_range(0.1..5.0);
+            model[3 + FEATURES as usize..][..3].fill(random.random_range(0.5..2.0));
             model
         })
         .collect();
@@ -56,7 +57,7 @@ fn check(window_radius: u32) {
         }
         let z = features(&u, i, surface);
         let (x, y) = ((i as u32 % SIZE[0]) as f64 + 0.5, (i as u32 / SIZE[0]) as f64 + 0.5);
-        let (mut sum, mut gain, mut total) = ([0.0; 3], 0.0, 0.0);
+        let (mut sum, mut gain, mut relative_noise, mut total) = ([0.0; 3], 0.0, 0.0, 0.0);
         // Every model of the image: those that do not reach the pixel have weight 0.
         for (m, model) in models.chunks(stride).enumerate() {
             let (cx, cy) = ((m as u32 % columns * 8 + 2) as f64, (m as u32 / columns * 8 + 2) as f64);
@@ -67,19 +68,20 @@ fn check(window_radius: u32) {
             let model: Vec<f64> = model.iter().copied().map(f64::from).collect();
             for c in 0..3 {
                 let slopes = (0..FEATURES as usize)
-                    .map(|f| (z[f] - model[2 + f]) * model[2 + COLUMNS as usize + 3 * f + c]);
-                sum[c] += weight * (model[2 + FEATURES as usize + c] + slopes.sum::<f64>());
+                    .map(|f| (z[f] - model[3 + f]) * model[3 + COLUMNS as usize + 3 * f + c]);
+                sum[c] += weight * (model[3 + FEATURES as usize + c] + slopes.sum::<f64>());
             }
             gain += weight * model[1];
+            relative_noise += weight * model[2];
             total += weight;
         }
         let mean = [history[i][0], history[i][1], history[i][2]];
         let predicted = if total > 0.0 { sum.map(|s| (s / total).max(0.0)) } else { mean };
         let standard_error = if total > 0.0 && history[i][3] > 0.0 {
             let n = history[i][3];
-            // With one more sample, as uncertain as the prediction is bright.
-            let v = (f64::from(noise[i][0]) * n + luminance(predicted).powi(2)) / (n + 1.0);
-            (gain / total * v / n).sqrt()
+            // With a prior sample, as noisy as the window's.
+            let prior = relative_noise / total * luminance(predicted).powi(2);
+            ((gain / total * f64::from(noise[i][0]) * n + prior) / (n + 1.0) / n).sqrt()
         } else {
             -1.0
         };
