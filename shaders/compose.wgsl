@@ -21,6 +21,7 @@ const SMOOTH_RADIUS = 1; // pixels; a model's error is smooth over 3x3, noise is
 const POOL_RADIUS = 2;   // pixels; squares are pooled over 5x5
 const CHANCE = 2.0;      // pooled smooth noise deviates by about as much as it is
 const BORDER = SMOOTH_RADIUS + POOL_RADIUS;
+const POOL_SIDE = 8 + 2 * POOL_RADIUS;
 const SIDE = 8 + 2 * BORDER;
 const CELLS = SIDE * SIDE;
 
@@ -44,8 +45,8 @@ fn compose(
         load_cell(cell, vec2<i32>(group.xy * 8u) + vec2(cell % SIDE, cell / SIDE) - vec2(BORDER));
     }
     workgroupBarrier();
-    for (var cell = i32(lane); cell < CELLS; cell += 64) {
-        smooth_cell(cell);
+    for (var i = i32(lane); i < POOL_SIDE * POOL_SIDE; i += 64) {
+        smooth_cell(vec2(i % POOL_SIDE, i / POOL_SIDE) + vec2(SMOOTH_RADIUS));
     }
     workgroupBarrier();
     if any(id.xy >= frame.size) {
@@ -54,7 +55,8 @@ fn compose(
     let cell = (i32(local.y) + BORDER) * SIDE + i32(local.x) + BORDER;
     if depths[cell] <= 0.0 {
         let seen = textureLoad(radiance, id.xy, 0).rgb;
-        textureStore(output, id.xy, vec4(clamp(select(vec3(0.0), seen, all_finite(seen)), vec3(0.0), vec3(HALF_MAX)), 1.0));
+        let shown = clamp(select(vec3(0.0), seen, all_finite(seen)), vec3(0.0), vec3(HALF_MAX));
+        textureStore(output, id.xy, vec4(shown, 1.0));
         textureStore(mix_weight, id.xy, vec4(1.0));
         return;
     }
@@ -94,15 +96,15 @@ fn related(a: i32, b: i32) -> bool {
         && abs(dot(normals[a], positions[b] - positions[a])) < PLANE_DISTANCE * depths[a];
 }
 
-fn smooth_cell(cell: i32) {
-    let column = cell % SIDE;
-    let row = cell / SIDE;
+fn smooth_cell(place: vec2<i32>) {
+    let cell = place.y * SIDE + place.x;
     var sum = vec2(0.0);
     var count = 0.0;
-    for (var y = max(row - SMOOTH_RADIUS, 0); y <= min(row + SMOOTH_RADIUS, SIDE - 1); y++) {
-        for (var x = max(column - SMOOTH_RADIUS, 0); x <= min(column + SMOOTH_RADIUS, SIDE - 1); x++) {
-            if related(cell, y * SIDE + x) {
-                sum += residuals[y * SIDE + x];
+    for (var y = -SMOOTH_RADIUS; y <= SMOOTH_RADIUS; y++) {
+        for (var x = -SMOOTH_RADIUS; x <= SMOOTH_RADIUS; x++) {
+            let tap = cell + y * SIDE + x;
+            if related(cell, tap) {
+                sum += residuals[tap];
                 count += 1.0;
             }
         }

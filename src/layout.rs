@@ -19,6 +19,9 @@ pub const TILE_STRIDE: u32 = 4 + COLUMNS;
 /// Floats of a model.
 pub const MODEL_STRIDE: u32 = 3 + COLUMNS + 3 * FEATURES;
 
+/// Workgroup memory that the largest pass needs.
+pub const WORKGROUP_BYTES: u64 = 12 * 1024;
+
 /// Tiles that cover `size` pixels.
 pub fn tiles(size: [u32; 2]) -> [u32; 2] {
     size.map(|side| side.div_ceil(TILE))
@@ -71,7 +74,11 @@ pub(crate) fn check(device: &wgpu::Device, descriptor: &DenoiserDescriptor) -> R
         ("max_storage_buffers_per_shader_stage", 4, u64::from(limits.max_storage_buffers_per_shader_stage)),
         ("max_storage_textures_per_shader_stage", 2, u64::from(limits.max_storage_textures_per_shader_stage)),
         ("max_sampled_textures_per_shader_stage", 7, u64::from(limits.max_sampled_textures_per_shader_stage)),
-        ("max_compute_workgroup_storage_size", 8192, u64::from(limits.max_compute_workgroup_storage_size)),
+        (
+            "max_compute_workgroup_storage_size",
+            WORKGROUP_BYTES,
+            u64::from(limits.max_compute_workgroup_storage_size),
+        ),
         (
             "max_compute_invocations_per_workgroup",
             64,

@@ -54,11 +54,12 @@
 //!    noisy the mean still is, after all blending and resampling.
 //! 4. **moments** sums, for each tile of 4x4 pixels, the weighted first and second moments of features (normal, position,
 //!    1/albedo, surface id, pixel position) and colour.
-//! 5. **fit** merges the moments of the tiles in each centre's window and solves a ridge regression. A few thousand numbers
-//!    go in, no pixel is read twice, and the result is exactly that of recursive least squares over the pixels.
+//! 5. **fit** merges the moments of the tiles in each centre's window and solves a ridge regression, whose ridge is a prior:
+//!    steep slopes must be earned by samples. A few thousand numbers go in, no pixel is read twice, and the result is exactly
+//!    that of recursive least squares over the pixels.
 //! 6. **predict** evaluates, per pixel, the models whose windows hold it, and blends them by a tent.
-//! 7. **compose** compares prediction and temporal mean. What they differ by beyond the mean's noise is the models' error;
-//!    it decides how the two are mixed: smooth where the models hold, sharp where no feature explains what is seen, such as a
+//! 7. **compose** compares prediction and temporal mean. What they differ by, smoothly and beyond the mean's noise, is the
+//!    models' error; it decides how the two are mixed: smooth where the models hold, sharp where no feature explains what is seen, such as a
 //!    shadow's edge. Then albedo and emission come back.
 //! 8. **debug_view** shows one of these steps, on request.
 //!
@@ -100,3 +101,8 @@ pub use settings::Settings;
 /// The passes of a frame in the order they run; also their labels and timestamp order.
 pub const PASSES: [&str; 8] =
     ["prepare", "reproject", "accumulate", "moments", "fit", "predict", "compose", "debug_view"];
+
+/// Compiles the README's example.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -75,6 +75,21 @@ fn binding_tables_match_the_shaders() {
     }
 }
 
+#[test]
+fn workgroup_memory_is_what_the_library_asks_for() {
+    let bytes = |pass: &KernelDescriptor| -> u64 {
+        let module = module(pass);
+        let mut layouter = naga::proc::Layouter::default();
+        layouter.update(module.to_ctx()).unwrap();
+        let shared = module.global_variables.iter().filter(|(_, v)| v.space == naga::AddressSpace::WorkGroup);
+        shared.map(|(_, variable)| u64::from(layouter[variable.ty].to_stride())).sum()
+    };
+    let largest = quell::passes::ALL.into_iter().map(bytes).max().unwrap();
+    let asked = quell::layout::WORKGROUP_BYTES;
+    assert!((asked / 2..=asked).contains(&largest), "{largest} bytes, asked for {asked}");
+    assert!(asked <= wgpu::Limits::default().max_compute_workgroup_storage_size.into());
+}
+
 fn kind(module: &naga::Module, variable: &naga::GlobalVariable) -> Kind {
     use naga::{AddressSpace, ImageClass, ScalarKind, StorageAccess, StorageFormat, TypeInner};
     match (variable.space, &module.types[variable.ty].inner) {
