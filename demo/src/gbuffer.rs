@@ -1,6 +1,6 @@
 //! The images that the path tracer writes and the denoiser reads, on the GPU.
 
-/// One frame's inputs of the denoiser. All have `TEXTURE_BINDING | STORAGE_BINDING | COPY_SRC | COPY_DST`.
+/// One frame's inputs of the denoiser; each made by [`image`].
 #[derive(Debug)]
 pub struct GBuffer {
     pub width: u32,
@@ -24,24 +24,32 @@ pub struct GBuffer {
     pub sample_count: wgpu::TextureView,
 }
 
+/// An image that passes write, read, and that can be copied to and from.
+pub fn image(
+    device: &wgpu::Device,
+    label: &str,
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+) -> wgpu::TextureView {
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::STORAGE_BINDING
+            | wgpu::TextureUsages::COPY_SRC
+            | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
+}
+
 impl GBuffer {
     pub fn new(device: &wgpu::Device, width: u32, height: u32) -> Self {
-        let image = |label, format| {
-            let texture = device.create_texture(&wgpu::TextureDescriptor {
-                label: Some(label),
-                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::TEXTURE_BINDING
-                    | wgpu::TextureUsages::STORAGE_BINDING
-                    | wgpu::TextureUsages::COPY_SRC
-                    | wgpu::TextureUsages::COPY_DST,
-                view_formats: &[],
-            });
-            texture.create_view(&Default::default())
-        };
+        let image = |label, format| image(device, label, [width, height], format);
         use wgpu::TextureFormat::{R32Float, R32Uint, Rgba16Float, Rgba32Float};
         Self {
             width,

@@ -1,6 +1,6 @@
 //! The methods that a sequence can be denoised with, behind one call.
 
-use crate::gbuffer::GBuffer;
+use crate::gbuffer::{GBuffer, image};
 use crate::gpu::Gpu;
 use crate::peers::{Accumulate, AccumulateFrame};
 use anyhow::{Context, Result};
@@ -143,17 +143,5 @@ impl MethodRunner {
 
 /// An image that a method can write its result or a debug view to.
 pub fn output_image(device: &wgpu::Device, width: u32, height: u32) -> wgpu::TextureView {
-    let texture = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("output"),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba16Float,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING
-            | wgpu::TextureUsages::STORAGE_BINDING
-            | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    });
-    texture.create_view(&Default::default())
+    image(device, "output", [width, height], wgpu::TextureFormat::Rgba16Float)
 }

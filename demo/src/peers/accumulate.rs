@@ -1,6 +1,6 @@
 //! Plain temporal accumulation with reprojection: what history alone gives, without a spatial filter.
 
-use crate::gbuffer::GBuffer;
+use crate::gbuffer::{GBuffer, image};
 use crate::gpu::Gpu;
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec4};
@@ -49,21 +49,7 @@ pub struct AccumulateFrame {
 
 impl Accumulate {
     pub fn new(device: &wgpu::Device, width: u32, height: u32) -> Self {
-        let image = |label, format| {
-            let texture = device.create_texture(&wgpu::TextureDescriptor {
-                label: Some(label),
-                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::TEXTURE_BINDING
-                    | wgpu::TextureUsages::STORAGE_BINDING
-                    | wgpu::TextureUsages::COPY_SRC,
-                view_formats: &[],
-            });
-            texture.create_view(&Default::default())
-        };
+        let image = |label, format| image(device, label, [width, height], format);
         let history = || {
             (
                 image("accumulate mean", TextureFormat::Rgba32Float),

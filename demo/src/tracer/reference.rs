@@ -1,6 +1,7 @@
 //! The sum of many frames' radiance.
 
 use super::passes::Passes;
+use crate::gbuffer::image;
 use crate::gpu::Gpu;
 use anyhow::{Context, Result};
 use std::sync::Mutex;
@@ -23,21 +24,7 @@ struct State {
 
 impl ReferenceImage {
     pub fn new(device: &wgpu::Device, width: u32, height: u32) -> Self {
-        let sum = || {
-            let texture = device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("reference"),
-                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format: wgpu::TextureFormat::Rgba32Float,
-                usage: wgpu::TextureUsages::TEXTURE_BINDING
-                    | wgpu::TextureUsages::STORAGE_BINDING
-                    | wgpu::TextureUsages::COPY_SRC,
-                view_formats: &[],
-            });
-            texture.create_view(&Default::default())
-        };
+        let sum = || image(device, "reference", [width, height], wgpu::TextureFormat::Rgba32Float);
         Self { sums: [sum(), sum()], state: Mutex::default() }
     }
 
