@@ -1,9 +1,12 @@
 //! What real applications do to a denoiser: odd sizes, broken pixels, cuts, resizes, wrong images.
 
 use crate::gpu::{blank, gpu};
-use crate::sequence::{Frame, denoise, denoiser, frame, psnr, read_output, submit, walk};
-use glam::{Mat4, Vec2, Vec3};
-use quell::{CreateError, Denoiser, DenoiserDescriptor, FrameError, FrameInputs, HistoryMode, Settings};
+use crate::sequence::{Frame, denoise, denoiser, frame, jittered_frame, psnr, read_output, submit, walk};
+use glam::{Mat4, Vec2, Vec3, camera::rh};
+use quell::{
+    Camera, CreateError, DebugView, Denoiser, DenoiserDescriptor, FrameError, FrameInputs, HistoryMode,
+    Settings,
+};
 use wgpu::TextureFormat as Format;
 
 const EYE: Vec3 = Vec3::new(0.0, 1.4, 1.0);
@@ -157,6 +160,68 @@ fn optional_images_may_be_missing() {
     };
     submit(&mut quell, &inputs, &Settings::default());
     assert!(psnr(&read_output(&images.output), &frame.truth) > 25.0);
+}
+
+/// Mean of the debug view `HistoryLength` over the pixels that hit something: 1 where all history was kept.
+fn history_kept(quell: &mut Denoiser, frames: &[Frame]) -> f32 {
+    let lengths = blank(frames[0].size, Format::Rgba16Float);
+    let settings = Settings { max_history: frames.len() as f32, ..Settings::default() };
+    for frame in frames {
+        let images = frame.upload();
+        let inputs = FrameInputs {
+            debug: Some((DebugView::HistoryLength, &lengths)),
+            ..images.inputs(frame.camera, HistoryMode::Continue)
+        };
+        submit(quell, &inputs, &settings);
+    }
+    let last = frames.last().unwrap();
+    let kept: Vec<f32> = read_output(&lengths)
+        .iter()
+        .zip(&last.depth)
+        .filter(|(_, depth)| depth.is_finite())
+        .map(|(length, _)| length[0])
+        .collect();
+    kept.iter().sum::<f32>() / kept.len() as f32
+}
+
+#[test]
+fn jitter_does_not_cost_history() {
+    let still: Vec<Frame> = (0..8)
+        .map(|i| {
+            let jitter = Vec2::new(i as f32 * 0.618, i as f32 * 0.382).fract() - 0.5;
+            jittered_frame(SIZE, EYE, EYE, i, jitter)
+        })
+        .collect();
+    let kept = history_kept(&mut denoiser(SIZE), &still);
+    assert!(kept > 0.9, "{kept}");
+}
+
+/// Motion vectors of the wrong sign lose history: what a user sees in the debug view.
+#[test]
+fn wrong_motion_shows_in_the_history_length() {
+    let mut frames: Vec<Frame> = walk(SIZE, 8, Vec3::new(0.06, 0.02, 0.0), 3).collect();
+    let right = history_kept(&mut denoiser(SIZE), &frames);
+    frames.iter_mut().flat_map(|frame| &mut frame.motion).for_each(|m| *m = [-10.0 * m[0], -10.0 * m[1]]);
+    let wrong = history_kept(&mut denoiser(SIZE), &frames);
+    assert!(right > 0.85 && wrong < 0.6, "{right} {wrong}");
+}
+
+#[test]
+fn an_orthographic_camera_works() {
+    let mut flat = frame(SIZE, EYE, EYE, 1);
+    let slope = |i: usize| 3.0 + 0.01 * (i % SIZE[0] as usize) as f32;
+    flat.depth = (0..flat.depth.len()).map(slope).collect();
+    // 64 pixels are 4 units, over which depth grows by 0.64.
+    flat.normal.fill(Vec3::new(-0.16, 0.0, 1.0).normalize().extend(1.0).to_array());
+    flat.id.fill(1);
+    flat.camera = Camera {
+        view_from_world: Mat4::IDENTITY,
+        clip_from_view: rh::proj::directx::orthographic(-2.0, 2.0, -1.5, 1.5, 0.1, 10.0),
+        jitter_px: Vec2::ZERO,
+    };
+    flat.motion.fill([0.0; 2]);
+    let kept = history_kept(&mut denoiser(SIZE), &vec![flat; 8]);
+    assert!(kept > 0.99, "{kept}");
 }
 
 #[test]

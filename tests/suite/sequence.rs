@@ -117,8 +117,13 @@ pub fn camera(eye: Vec3, [width, height]: [u32; 2]) -> Camera {
 
 /// A frame at `eye`, with motion from `previous`; noise from `seed`, one sample a pixel.
 pub fn frame(size: [u32; 2], eye: Vec3, previous: Vec3, seed: u64) -> Frame {
+    jittered_frame(size, eye, previous, seed, Vec2::ZERO)
+}
+
+/// As [`frame`], with samples off the pixels' centres.
+pub fn jittered_frame(size: [u32; 2], eye: Vec3, previous: Vec3, seed: u64, jitter_px: Vec2) -> Frame {
     let mut random = StdRng::seed_from_u64(seed);
-    let camera_now = camera(eye, size);
+    let camera_now = Camera { jitter_px, ..camera(eye, size) };
     let clip_before = camera(previous, size);
     let clip_before = clip_before.clip_from_view * clip_before.view_from_world;
     let [width, height] = size;
@@ -137,7 +142,8 @@ pub fn frame(size: [u32; 2], eye: Vec3, previous: Vec3, seed: u64) -> Frame {
     let world_from_clip = (camera_now.clip_from_view * camera_now.view_from_world).inverse();
     for y in 0..height {
         for x in 0..width {
-            let uv = Vec2::new((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32);
+            let sampled = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) + jitter_px;
+            let uv = sampled / Vec2::new(width as f32, height as f32);
             let far = world_from_clip.project_point3(Vec3::new(2.0 * uv.x - 1.0, 1.0 - 2.0 * uv.y, 0.5));
             let hit = intersect(eye, (far - eye).normalize());
             let shade = hit.map_or(Shade::SKY, |(position, surface)| shade(position, surface));
