@@ -30,9 +30,9 @@ fn fit(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocation_index
     let tile_count = side * side;
     load_tile(centre.xy, side, lane);
     workgroupBarrier();
-    let total = window_total(tile_count);
+    let variance = window_variance(tile_count);
     workgroupBarrier(); // all have read the weights that are now replaced
-    weigh_tile(total, tile_count, lane);
+    weigh_tile(variance, tile_count, lane);
     workgroupBarrier();
     let weight = window_weight(tile_count);
     if lane < COLUMNS {
@@ -46,8 +46,8 @@ fn fit(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocation_index
         let distance = length(vec3(means[3], means[4], means[5]));
         ridge_floors[lane] = feature_floor(lane, distance);
         // Noise of one sample over the prior's variance, that of a slope of the mean colour per unit.
-        let unit = feature_unit(lane, distance, f32(frame.window_radius * TILE) + 0.5 * f32(TILE));
-        ridge_priors[lane] = relative_noise(total.y) * unit * unit;
+        let unit = feature_unit(lane, distance, window_reach(frame));
+        ridge_priors[lane] = relative_noise(variance) * unit * unit;
     }
     workgroupBarrier();
     // An empty window solves a harmless system instead of leaving uniform control flow.
@@ -56,9 +56,9 @@ fn fit(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocation_index
     if lane == 0u {
         models[start + MODEL_WEIGHT] = weight;
         models[start + MODEL_NOISE_GAIN] = noise_gain(tile_count);
-        models[start + MODEL_RELATIVE_NOISE] = relative_noise(total.y);
+        models[start + MODEL_RELATIVE_NOISE] = relative_noise(variance);
     }
-    write_model(start, lane);
+    write_coefficients(start, lane);
 }
 
 // Tiles outside the frame stay, with weight 0, so that all windows have one shape.
@@ -82,21 +82,21 @@ fn load_tile(centre: vec2<u32>, side: u32, lane: u32) {
     }
 }
 
-// Weight of the window and its mean variance.
-fn window_total(tile_count: u32) -> vec2<f32> {
+// Mean variance of one sample over the window.
+fn window_variance(tile_count: u32) -> f32 {
     var weight = 0.0;
     var variance = 0.0;
     for (var t = 0u; t < tile_count; t++) {
         weight += window[t][TILE_WEIGHT];
         variance += window[t][TILE_WEIGHT] * window[t][TILE_VARIANCE];
     }
-    return vec2(weight, select(0.0, variance / weight, weight > 0.0));
+    return select(0.0, variance / weight, weight > 0.0);
 }
 
 // Inverse-variance weighting by tiles; the variance slot then holds the factor.
-fn weigh_tile(total: vec2<f32>, tile_count: u32, lane: u32) {
+fn weigh_tile(variance: f32, tile_count: u32, lane: u32) {
     if lane < tile_count {
-        let noise = window[lane][TILE_VARIANCE] / max(total.y, 1e-30);
+        let noise = window[lane][TILE_VARIANCE] / max(variance, 1e-30);
         let factor = (1.0 + VARIANCE_FLOOR) / (noise + VARIANCE_FLOOR);
         window[lane][TILE_VARIANCE] = factor;
         window[lane][TILE_WEIGHT] *= factor;
@@ -159,7 +159,7 @@ fn tile_square(tile: u32, entry: u32) -> f32 {
     return tile_squares_high[tile * HALF_SQUARES + entry - HALF_SQUARES];
 }
 
-fn write_model(start: u32, lane: u32) {
+fn write_coefficients(start: u32, lane: u32) {
     if lane < COLUMNS {
         models[start + MODEL_MEAN + lane] = means[lane];
     }

@@ -26,7 +26,7 @@ fn predict(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) 
     }
     let mean = textureLoad(history, id.xy, 0);
     let z = features(id.xy, surface, position_of(frame, frame.current, vec2<f32>(id.xy), surface.depth));
-    let reach = f32(frame.window_radius * TILE) + 0.5 * f32(TILE);
+    let reach = window_reach(frame);
     var sum = vec4(0.0);
     var noises = vec2(0.0); // gain, relative noise
     // The widest window (28 pixels about the middle of a cell's first tile) reaches one cell back and two ahead.

@@ -46,6 +46,11 @@ fn has(frame: Frame, flag: u32) -> bool {
     return (frame.flags & flag) != 0u;
 }
 
+// Half the width of a prediction window, in pixels.
+fn window_reach(frame: Frame) -> f32 {
+    return (f32(frame.window_radius) + 0.5) * f32(TILE);
+}
+
 fn inside(pixel: vec2<i32>, frame: Frame) -> bool {
     return all(pixel >= vec2(0)) && all(pixel < vec2<i32>(frame.size));
 }
