@@ -65,7 +65,8 @@ impl DebugView {
 }
 
 /// Where a frame's passes write timestamps: pass `i` of [`PASSES`](crate::PASSES) begins at query
-/// `first_query + 2 i` and ends at the one after it. The set needs `Features::TIMESTAMP_QUERY`.
+/// `first_query + 2 i` and ends at the one after it. The set needs `Features::TIMESTAMP_QUERY`. Without a debug view the
+/// last pass does not run: resolve only what is written.
 #[derive(Debug, Clone, Copy)]
 pub struct Timestamps<'a> {
     /// A set of timestamp queries with at least `first_query + 2 * PASSES.len()` entries.

@@ -101,7 +101,7 @@ impl FrameSource for Walkthrough {
             frame: self.frame,
             ..TraceSettings::default()
         };
-        let timestamps = timer.reserve(&[("path tracer", true)]);
+        let timestamps = timer.reserve(&["path tracer"]);
         self.tracer.encode_timed(gpu, encoder, &view, &settings, &targets.gbuffer, timestamps);
 
         let restart = request.restart || self.previous.is_none();
