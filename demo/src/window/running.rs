@@ -5,6 +5,7 @@ use super::display::{DisplayPass, Shown, letterbox};
 use super::free_flight::FreeFlight;
 use super::panel::{GRAPH_FRAMES, PanelInfo, panel};
 use super::ui_layer::{PanelOutput, UiLayer};
+use super::view_state::LONGEST_STEP_S;
 use super::{FrameImages, FrameRequest, FrameSource, ViewMode, ViewState, WindowOptions};
 use crate::gpu::Gpu;
 use crate::gpu_timer::GpuTimer;
@@ -292,7 +293,7 @@ impl<S: FrameSource> Running<S> {
         let input = self.controls.take_flight_input();
         self.flight = self.view.free_flight.then(|| {
             let mut flight = self.flight.unwrap_or_else(|| FreeFlight::from_view(self.last_view, self.speed));
-            flight.advance(&input, elapsed_s);
+            flight.advance(&input, elapsed_s.min(LONGEST_STEP_S));
             flight
         });
         let time_step_s = self.view.take_time_step(elapsed_s);
