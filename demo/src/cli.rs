@@ -163,11 +163,12 @@ pub fn run(cli: Cli) -> Result<()> {
 
 fn run_walkthrough(args: WalkthroughArgs) -> Result<()> {
     let scene = load_scene(args.scene.as_deref())?;
-    let (low, high) = scene.bounds();
+    let pose = scene.camera(args.start);
     let options = WindowOptions {
         title: format!("quell: {}", scene.name),
-        // A room is crossed in some ten seconds, whatever its unit.
-        speed: (high - low).max_element() / 10.0,
+        // What is looked at is reached in some seconds, whatever the unit. Not from the bounds: a ground may be far
+        // larger than the room on it.
+        speed: pose.eye.distance(pose.target) / 4.0,
         max_frames: args.exit_after.map(u64::from),
         ..WindowOptions::default()
     };

@@ -102,8 +102,8 @@ impl ViewState {
     }
 }
 
-/// A stall (a resize, a debugger) must not become a jump of the camera, on its path or flying.
-pub const LONGEST_STEP_S: f32 = 0.1;
+/// A stall (a resize, a debugger) must not become a jump of the camera.
+const LONGEST_STEP_S: f32 = 0.1;
 /// One frame at 60 Hz.
 const SINGLE_STEP_S: f32 = 1.0 / 60.0;
 
