@@ -52,9 +52,9 @@ pub struct WalkthroughArgs {
     /// Another seed gives other noise
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u32,
-    /// Close the window after so many frames
-    #[arg(long, value_name = "N")]
-    pub exit_after: Option<u64>,
+    /// End after so many frames
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub exit_after: Option<u32>,
 }
 
 /// A walk that is traced frame by frame.
@@ -148,6 +148,8 @@ pub struct ReplayArgs {
 
 /// Where the walkthrough goes without a display.
 const HEADLESS_OUT: &str = "out/walk";
+/// How much of it: a CPU adapter needs a minute or two.
+const HEADLESS_FRAMES: u32 = 96;
 
 /// Does what the command line says.
 pub fn run(cli: Cli) -> Result<()> {
@@ -161,12 +163,13 @@ pub fn run(cli: Cli) -> Result<()> {
 
 fn run_walkthrough(args: WalkthroughArgs) -> Result<()> {
     let scene = load_scene(args.scene.as_deref())?;
-    let (low, high) = scene.bounds();
+    let pose = scene.camera(args.start);
     let options = WindowOptions {
         title: format!("quell: {}", scene.name),
-        // A room is crossed in some ten seconds, whatever its unit.
-        speed: (high - low).max_element() / 10.0,
-        max_frames: args.exit_after,
+        // What is looked at is reached in some seconds, whatever the unit. Not from the bounds: a ground may be far
+        // larger than the room on it.
+        speed: pose.eye.distance(pose.target) / 4.0,
+        max_frames: args.exit_after.map(u64::from),
         ..WindowOptions::default()
     };
     match window::run(options, |gpu| Walkthrough::new(gpu, scene, args.seed, args.start)) {
@@ -175,7 +178,7 @@ fn run_walkthrough(args: WalkthroughArgs) -> Result<()> {
             run_render(&WalkArgs {
                 scene: args.scene,
                 size: [320, 180],
-                frames: 96,
+                frames: args.exit_after.unwrap_or(HEADLESS_FRAMES),
                 fps: 15.0,
                 start: args.start,
                 spp: 1,

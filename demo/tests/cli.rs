@@ -1,30 +1,17 @@
-//! The built binary: what it writes, and what it says when something is wrong.
+//! `replay` through the built binary: what it writes, and what it says when something is wrong.
 
+mod binary;
 mod synthetic;
 
+use binary::{assert_fails, demo};
 use exr::prelude::FlatSamples;
 use quell_demo::image::ImageRgb;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 use synthetic::{HEIGHT, WIDTH, edit_channels};
-
-fn demo(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_quell-demo")).args(arguments).output().unwrap()
-}
 
 fn replay(capture: &Path, out: &Path, method: &str) -> Output {
     demo(&["replay", capture.to_str().unwrap(), "--out", out.to_str().unwrap(), "--method", method])
-}
-
-/// The binary must fail with `code` and say all of `parts` on stderr.
-fn assert_fails(output: &Output, code: i32, parts: &[&str]) {
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{message}");
-    assert!(output.stdout.is_empty());
-    assert!(!message.contains("panicked"), "{message}");
-    for part in parts {
-        assert!(message.contains(part), "`{part}` is not in: {message}");
-    }
 }
 
 #[test]

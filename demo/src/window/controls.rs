@@ -18,6 +18,8 @@ pub enum Action {
 #[derive(Debug, Default)]
 pub struct Controls {
     held: HashSet<KeyCode>,
+    /// Keys that went down since the last frame: one that is up again before a slow frame ends counts for that frame.
+    tapped: HashSet<KeyCode>,
     look_px: Vec2,
     /// The right mouse button is held.
     pub looking: bool,
@@ -59,6 +61,7 @@ impl Controls {
     /// A key went down. Repeats by holding it only count for single steps.
     pub fn press(&mut self, key: KeyCode, repeat: bool, view: &mut ViewState) -> Option<Action> {
         self.held.insert(key);
+        self.tapped.insert(key);
         if repeat && key != KeyCode::KeyN {
             return None;
         }
@@ -99,13 +102,13 @@ impl Controls {
 
     /// Movement for this frame.
     pub fn take_flight_input(&mut self) -> FlightInput {
-        let axis = |positive, negative| {
-            f32::from(self.held.contains(&positive)) - f32::from(self.held.contains(&negative))
-        };
+        let tapped = std::mem::take(&mut self.tapped);
+        let down = |key| self.held.contains(&key) || tapped.contains(&key);
+        let axis = |positive, negative| f32::from(down(positive)) - f32::from(down(negative));
         use KeyCode::{KeyA, KeyD, KeyE, KeyQ, KeyS, KeyW, ShiftLeft, ShiftRight};
         FlightInput {
             direction: Vec3::new(axis(KeyD, KeyA), axis(KeyE, KeyQ), axis(KeyW, KeyS)),
-            fast: self.held.contains(&ShiftLeft) || self.held.contains(&ShiftRight),
+            fast: down(ShiftLeft) || down(ShiftRight),
             look_px: std::mem::take(&mut self.look_px),
         }
     }
@@ -144,6 +147,10 @@ mod tests {
         assert_eq!(controls.take_flight_input().direction, Vec3::Z);
         controls.release_all();
         assert_eq!(controls.take_flight_input(), FlightInput::default());
+        controls.press(KeyCode::KeyD, false, &mut view);
+        controls.release(KeyCode::KeyD);
+        assert_eq!(controls.take_flight_input().direction, Vec3::X, "a tap within a frame counts for one");
+        assert_eq!(controls.take_flight_input().direction, Vec3::ZERO);
         controls.mouse_moved(Vec2::ONE);
         assert_eq!(controls.take_flight_input().look_px, Vec2::ZERO, "the mouse looks only when asked to");
         controls.looking = true;

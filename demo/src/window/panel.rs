@@ -130,7 +130,7 @@ fn frame_graph(ui: &mut Ui, times_s: &VecDeque<f32>) {
 
 fn pass_times(ui: &mut Ui, passes: &[(String, f32)]) {
     if passes.is_empty() {
-        ui.label("not measured on this device");
+        ui.label("per-pass times need a GPU with timestamp queries");
         return;
     }
     egui::Grid::new("passes").striped(true).min_col_width(WIDTH * 0.35).show(ui, |ui| {

@@ -25,6 +25,8 @@ use winit::window::{CursorGrabMode, Window};
 const TIMED_PASSES: u32 = 64;
 /// Pause where nothing can be drawn, so that the loop does not spin.
 const IDLE: Duration = Duration::from_millis(16);
+/// A stall must not fly the camera through a wall; a CPU adapter's frames must still get it somewhere.
+const LONGEST_FLIGHT_S: f32 = 0.5;
 
 pub struct Running<S> {
     window: Arc<Window>,
@@ -292,7 +294,7 @@ impl<S: FrameSource> Running<S> {
         let input = self.controls.take_flight_input();
         self.flight = self.view.free_flight.then(|| {
             let mut flight = self.flight.unwrap_or_else(|| FreeFlight::from_view(self.last_view, self.speed));
-            flight.advance(&input, elapsed_s);
+            flight.advance(&input, elapsed_s.min(LONGEST_FLIGHT_S));
             flight
         });
         let time_step_s = self.view.take_time_step(elapsed_s);

@@ -1,23 +1,51 @@
 //! Every shader is valid with no optional capability and within WebGPU's default limits.
 
 use quell_demo::tracer::shaders;
+use std::path::{Path, PathBuf};
 use wgpu::naga;
+
+fn validated(name: &str, source: &str) -> naga::Module {
+    let module = naga::front::wgsl::parse_str(source)
+        .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(source)));
+    let mut validator =
+        naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty());
+    if let Err(error) = validator.validate(&module) {
+        panic!("{name}: {}", error.emit_to_string(source));
+    }
+    module
+}
 
 #[test]
 fn shaders_are_valid_within_default_limits() {
     for pass in shaders::passes() {
         let source = shaders::source(pass).expect("all includes exist");
-        let module = naga::front::wgsl::parse_str(&source)
-            .unwrap_or_else(|error| panic!("{pass}: {}", error.emit_to_string(&source)));
-        let mut validator = naga::valid::Validator::new(
-            naga::valid::ValidationFlags::all(),
-            naga::valid::Capabilities::empty(),
-        );
-        if let Err(error) = validator.validate(&module) {
-            panic!("{pass}: {}", error.emit_to_string(&source));
-        }
-        check_limits(pass, &module);
+        check_limits(pass, &validated(pass, &source));
         assert!(source.starts_with(&format!("// {pass}:")), "{pass} does not say what it is for");
+    }
+}
+
+/// Files of a folder of shaders: name without ending, and text.
+fn files(folder: &str) -> Vec<(String, String)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders").join(folder);
+    let paths = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let shaders = paths.filter(|path| path.extension().is_some_and(|ending| ending == "wgsl"));
+    let read = |path: PathBuf| {
+        let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
+        (name, std::fs::read_to_string(path).unwrap())
+    };
+    shaders.map(read).collect()
+}
+
+#[test]
+fn no_file_is_left_unchecked() {
+    // The window's and the peers' shaders stand alone.
+    let alone = files("").into_iter().filter(|(name, _)| shaders::source(name).is_none());
+    for (name, text) in alone.chain(files("peers")) {
+        assert!(!validated(&name, &text).entry_points.is_empty(), "{name}");
+    }
+    let passes: String = shaders::passes().filter_map(shaders::source).collect();
+    for (name, text) in files("include") {
+        assert!(passes.contains(&text), "include/{name} is in no pass");
     }
 }
 
