@@ -42,24 +42,23 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
     let mean = mix(old.rgb, sample.rgb, alpha);
     let d = luminance(sample.rgb) - luminance(old.rgb);
     var v = 0.0;
-    // What is new in this sample: all of what it deviates by for a first one; later less, as the mean it is compared with
-    // is itself noisy. So the deviation's variance is v / count at every count.
+    // What is new in this sample is less than what it differs by from the mean before it, which is noisy too.
     var innovation = sqrt(1.0 - alpha) * d;
-    if count < LEAST_SAMPLES {
+    let first = alpha == 1.0; // nothing of the past is left: only the neighbours tell what is new
+    if first || count < LEAST_SAMPLES {
         let spread = spatial_spread(id.xy);
         v = spread.variance;
-        if old.w == 0.0 {
+        if first {
             innovation = luminance(sample.rgb) - spread.mean;
         }
     } else {
         // Unbiased where v was: E[d^2] = v (1/k + 1/(count - k)), so (1 - alpha) k d^2 estimates v.
         v = (1.0 - alpha) * (old_noise.x + alpha * k * d * d);
     }
-    // The same recursion and the same resampling as the mean's, with alternating sign: the signal cancels, the noise stays.
-    // So its square is the mean's variance, however history was blended and resampled. Alternating, and not random, because
-    // after a bright sample the next ones deviate downwards: flipped, these add to it instead of hiding it.
-    let flip = select(-1.0, 1.0, (frame.index & 1u) == 0u);
-    let deviation = (1.0 - alpha) * old_noise.y + flip * alpha * innovation;
+    // The same recursion and the same resampling as the mean's, but its sign flips with every sample: the signal cancels, the
+    // noise stays. So its square is about the mean's variance, however history was blended and resampled. Flipping, and not
+    // at random, because after a bright sample the next ones deviate downwards: flipped, these add to it and do not hide it.
+    let deviation = alpha * innovation - (1.0 - alpha) * old_noise.y;
     textureStore(history, id.xy, vec4(dither_to_half(mean, id.xy, 2u * frame.index + 1u), count));
     textureStore(noise, id.xy, vec4(v, deviation, 0.0, 0.0));
 }
@@ -99,7 +98,7 @@ fn spatial_spread(pixel: vec2<u32>) -> Spread {
     }
     if weight < 2.0 {
         // Alone: as uncertain as the value is large.
-        return Spread(0.0, origin * origin);
+        return Spread(0.0, origin * origin * samples);
     }
     let spread = max(sum_squares - sum * sum / weight, 0.0) / (weight - 1.0);
     // The images hold means of several samples, one of which spreads more.

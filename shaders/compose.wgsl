@@ -64,8 +64,7 @@ fn compose(
     let filtered = mix(textureLoad(prediction, id.xy, 0).rgb, textureLoad(history, id.xy, 0).rgb, share);
     var composed = filtered * demodulator(textureLoad(albedo, id.xy, 0).rgb);
     if has(frame, FLAG_EMISSION) {
-        let emitted = textureLoad(emission, id.xy, 0).rgb;
-        composed += select(vec3(0.0), emitted, all_finite(emitted));
+        composed += repair_emission(textureLoad(emission, id.xy, 0).rgb);
     }
     textureStore(output, id.xy, vec4(min(composed, vec3(HALF_MAX)), 1.0));
     textureStore(mix_weight, id.xy, vec4(share));
@@ -92,8 +91,7 @@ fn related(a: i32, b: i32) -> bool {
     return depths[b] > 0.0
         && variances[b] >= 0.0
         && ids[a] == ids[b]
-        && dot(normals[a], normals[b]) > NORMAL_COSINE
-        && abs(dot(normals[a], positions[b] - positions[a])) < PLANE_DISTANCE * depths[a];
+        && continues(normals[a], depths[a], normals[b], positions[b] - positions[a]);
 }
 
 fn smooth_cell(place: vec2<i32>) {

@@ -18,6 +18,8 @@
 @group(0) @binding(8) var signal: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(9) var guide: texture_storage_2d<rgba32uint, write>;
 
+const LARGEST_DEPTH = 1e12; // beyond it, sums of squared positions leave f32
+
 @compute @workgroup_size(8, 8)
 fn prepare(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= frame.size) {
@@ -30,7 +32,7 @@ fn prepare(@builtin(global_invocation_id) id: vec3<u32>) {
 
 fn read_surface(pixel: vec2<u32>) -> Surface {
     let d = textureLoad(depth, pixel, 0).x;
-    let hit = is_finite(d) && d > 0.0 && d < frame.far;
+    let hit = is_finite(d) && d > 0.0 && d < min(frame.far, LARGEST_DEPTH);
     let shading = textureLoad(normal_roughness, pixel, 0);
     let reflectance = demodulator(textureLoad(albedo, pixel, 0).rgb);
     var s: Surface;
@@ -63,8 +65,7 @@ fn read_signal(pixel: vec2<u32>, surface: Surface) -> vec4<f32> {
     }
     var seen = max(traced, vec3(0.0));
     if has(frame, FLAG_EMISSION) {
-        let emitted = textureLoad(emission, pixel, 0).rgb;
-        seen = max(seen - select(vec3(0.0), emitted, all_finite(emitted)), vec3(0.0));
+        seen = max(seen - repair_emission(textureLoad(emission, pixel, 0).rgb), vec3(0.0));
     }
     return vec4(min(seen / demodulator(textureLoad(albedo, pixel, 0).rgb), vec3(HALF_MAX)), min(samples, 1024.0));
 }

@@ -68,17 +68,30 @@ pub enum FrameError {
         /// Usages that came.
         found: wgpu::TextureUsages,
     },
-    /// An image is not a single-sampled 2D image.
+    /// An image is not a single-sampled 2D image of one layer (and of one mip level, where it is written).
     #[error(
-        "image `{image}` is {dimension:?} with {sample_count} samples a pixel, expected a 2D image with 1"
+        "image `{image}` is {dimension:?} with {layers} layers, {mips} mip levels and {sample_count} samples a pixel, \
+         expected a 2D image with 1 of each"
     )]
     Shape {
         /// Field of [`FrameInputs`](crate::FrameInputs).
         image: &'static str,
         /// Dimension that came.
         dimension: wgpu::TextureDimension,
+        /// Array layers that came.
+        layers: u32,
+        /// Mip levels that came; 1 for an image that is only read.
+        mips: u32,
         /// Samples per pixel that came.
         sample_count: u32,
+    },
+    /// An image that is written is also another of the frame's images.
+    #[error("image `{image}` is the same texture as `{other}`; it is written, so it must be one of its own")]
+    Aliased {
+        /// Field of [`FrameInputs`](crate::FrameInputs) that is written.
+        image: &'static str,
+        /// The other field.
+        other: &'static str,
     },
     /// A matrix or the jitter of the camera cannot be used.
     #[error("camera `{field}`: {reason}")]

@@ -33,9 +33,9 @@ pub enum DebugView {
     Prediction = 1,
     /// The temporal mean that the models are fitted to (radiance, demodulated).
     TemporalMean = 2,
-    /// Effective sample count over `max_history`; black where history was just lost.
+    /// Effective sample count over `max_history`: nearly black where history was just lost.
     HistoryLength = 3,
-    /// Relative standard error of the temporal mean, `sqrt(v / n) / mean`.
+    /// Estimated standard error of the temporal mean over the mean.
     StandardError = 4,
     /// Weight of the temporal mean in the output: white trusts history, black the models.
     MixWeight = 5,
@@ -43,7 +43,7 @@ pub enum DebugView {
     Normal = 6,
     /// View depth as `1 / (1 + depth)`.
     Depth = 7,
-    /// Motion: hue is the direction, brightness the length (white is 16 pixels a frame).
+    /// Motion: hue is the direction, brightness the length (full at 16 pixels a frame).
     Motion = 8,
     /// A colour per surface id.
     SurfaceId = 9,
@@ -86,16 +86,17 @@ pub struct FrameInputs<'a> {
     /// Diffuse reflectance at the first hit (specular colour at normal incidence for metals), linear once
     /// sampled; 1 at a miss. `Rgba8Unorm`, `Rgba8UnormSrgb` or `Rgba16Float`.
     pub albedo: &'a wgpu::TextureView,
-    /// World-space unit shading normal in xyz, linear roughness 0 to 1 in w. `Rgba16Float` or `Rgba8Snorm`.
+    /// World-space unit shading normal in xyz, linear roughness 0 to 1 in w (not used yet). `Rgba16Float` or `Rgba8Snorm`.
     pub normal_roughness: &'a wgpu::TextureView,
-    /// Linear view-space depth, positive, in scene units; at or beyond `Settings::far` is a miss. `R32Float`.
+    /// Linear view-space depth, positive, in scene units; at or beyond `Settings::far` or 1e12, not positive or not finite
+    /// is a miss. `R32Float`.
     pub depth: &'a wgpu::TextureView,
     /// Motion vector: `uv_prev = uv + motion.xy * Settings::motion_scale`, without jitter. With
     /// `Rgba16Float`, z is the previous view depth of the surface point minus the current one.
     /// `Rg16Float`, `Rg32Float` or `Rgba16Float`.
     pub motion: &'a wgpu::TextureView,
-    /// Identity of object and material; history never crosses ids, and each id in a prediction window gets its
-    /// own level. `R32Uint`.
+    /// Identity of object and material. History never crosses ids; in a prediction window the id is a feature, so that two
+    /// surfaces get a level each. `R32Uint`.
     pub surface_id: Option<&'a wgpu::TextureView>,
     /// Radiance that the camera sees directly from emitters: taken out before filtering, added back after.
     /// `Rgba16Float`.
@@ -154,9 +155,13 @@ impl FrameInputs<'_> {
             ("output", Some(self.output), HALF_RGBA, stored),
             ("debug", self.debug.map(|(_, view)| view), HALF_RGBA, stored),
         ];
+        let given = || images.iter().filter_map(|&(image, view, ..)| Some((image, view?)));
         for (image, view, formats, usage) in images {
-            if let Some(view) = view {
-                check_image(image, view, formats, usage, size)?;
+            let Some(view) = view else { continue };
+            check_image(image, view, formats, usage, size)?;
+            let twin = given().find(|&(other, v)| other != image && v.texture() == view.texture());
+            if let Some((other, _)) = twin.filter(|_| usage == stored) {
+                return Err(FrameError::Aliased { image, other });
             }
         }
         Ok(())
@@ -171,10 +176,15 @@ fn check_image(
     [width, height]: [u32; 2],
 ) -> Result<(), FrameError> {
     let texture = view.texture();
-    if texture.dimension() != wgpu::TextureDimension::D2 || texture.sample_count() != 1 {
+    let layers = texture.depth_or_array_layers();
+    // A storage view has to be of one mip level; how many a view has cannot be asked.
+    let mips = if usage == TextureUsages::STORAGE_BINDING { texture.mip_level_count() } else { 1 };
+    if texture.dimension() != wgpu::TextureDimension::D2 || layers != 1 || mips != 1 || texture.sample_count() != 1 {
         return Err(FrameError::Shape {
             image,
             dimension: texture.dimension(),
+            layers,
+            mips,
             sample_count: texture.sample_count(),
         });
     }
@@ -203,9 +213,15 @@ impl Camera {
         if !view.is_finite() {
             return refuse("view_from_world", "has an entry that is not finite");
         }
+        if view.row(3) != glam::Vec4::W {
+            return refuse("view_from_world", "has a last row other than 0 0 0 1 (is it transposed?)");
+        }
         let rotation = glam::Mat3::from_mat4(view);
         if !(rotation * rotation.transpose()).abs_diff_eq(glam::Mat3::IDENTITY, 1e-2) {
             return refuse("view_from_world", "is not a rotation and a translation (has scale or shear)");
+        }
+        if rotation.determinant() < 0.0 {
+            return refuse("view_from_world", "mirrors; expected a right-handed view space");
         }
         let p = self.clip_from_view;
         // An infinite far plane is fine; it never reaches x, y or w.

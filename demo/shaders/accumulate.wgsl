@@ -1,18 +1,18 @@
-// accumulate: adds a frame's radiance to the sum that becomes a reference.
+// accumulate: adds a frame's radiance to the running mean that becomes a reference.
 //
-// Reads:  radiance (mean of `spp` samples), prev_sum (radiance, sample count)
-// Writes: sum
+// Reads:  radiance (mean of `spp` samples), prev_mean (radiance, sample count)
+// Writes: mean_out
 // Source: -
 
 struct Accumulate {
     spp: u32,
-    // 1 starts a new sum.
+    // 1 starts anew.
     is_first: u32,
 }
 
 @group(0) @binding(0) var radiance: texture_2d<f32>;
-@group(0) @binding(1) var prev_sum: texture_2d<f32>;
-@group(0) @binding(2) var sum_out: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(1) var prev_mean: texture_2d<f32>;
+@group(0) @binding(2) var mean_out: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(3) var<uniform> accumulate_: Accumulate;
 
 @compute @workgroup_size(8, 8)
@@ -21,9 +21,11 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let samples = f32(accumulate_.spp);
-    var sum = vec4f(textureLoad(radiance, id.xy, 0).xyz * samples, samples);
+    var mean = vec4f(textureLoad(radiance, id.xy, 0).xyz, samples);
     if accumulate_.is_first == 0u {
-        sum += textureLoad(prev_sum, id.xy, 0);
+        let prev = textureLoad(prev_mean, id.xy, 0);
+        let count = prev.w + samples;
+        mean = vec4f(mix(prev.xyz, mean.xyz, samples / count), count);
     }
-    textureStore(sum_out, id.xy, sum);
+    textureStore(mean_out, id.xy, mean);
 }

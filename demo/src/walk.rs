@@ -25,12 +25,14 @@ pub struct WalkOptions {
     pub seed: u32,
 }
 
-/// Loads a scene, or builds the gallery.
+/// Loads a scene, or builds the gallery. Says on standard error what of a file is not shown.
 pub fn load_scene(path: Option<&Path>) -> Result<Scene> {
-    match path {
-        Some(path) => Ok(gltf::load(path)?),
-        None => Ok(gallery::gallery()),
-    }
+    let Some(path) = path else {
+        return Ok(gallery::gallery());
+    };
+    let scene = gltf::load(path)?;
+    scene.notes.iter().for_each(|note| eprintln!("note: {}: {note}", path.display()));
+    Ok(scene)
 }
 
 /// Samples of a reference that go into one submit: drivers end work that takes seconds.
@@ -60,10 +62,6 @@ impl Walk {
         let tracer = Tracer::new(gpu, &scene)?;
         let gbuffer = GBuffer::new(&gpu.device, width, height);
         Ok(Self { options, scene, tracer, gbuffer })
-    }
-
-    pub fn options(&self) -> &WalkOptions {
-        &self.options
     }
 
     pub fn scene_name(&self) -> &str {
@@ -139,7 +137,10 @@ impl References {
         }
         let mut chosen = match &self.frames {
             Some(frames) => frames.clone(),
-            None => (1..=4).flat_map(|i| [(count * i / 4).saturating_sub(2), count * i / 4 - 1]).collect(),
+            None => (1..=4)
+                .map(|i| (count * i / 4).max(1))
+                .flat_map(|end| [end.saturating_sub(2), end - 1])
+                .collect(),
         };
         if let Some(beyond) = chosen.iter().find(|&&frame| frame >= count) {
             anyhow::bail!("reference frame {beyond}: the walk has {count} frames, numbered from 0");
@@ -158,7 +159,7 @@ mod tests {
     fn references_are_pairs_within_the_walk() {
         let references = References { spp: 16, frames: None };
         assert_eq!(references.chosen(40).unwrap(), [8, 9, 18, 19, 28, 29, 38, 39]);
-        for count in 4..20 {
+        for count in 1..20 {
             assert!(references.chosen(count).unwrap().iter().all(|&frame| frame < count));
         }
         assert!(References::default().chosen(40).unwrap().is_empty());

@@ -11,7 +11,7 @@ const SQUARES = COLUMNS * (COLUMNS + 1u) / 2u; // upper triangle, row by row
 //  0..2  world normal
 //  3..5  world position relative to the eye
 //  6     1/albedo
-//  7     surface id, hashed: two surfaces in a window get a level each
+//  7     surface id, hashed: where a window holds two surfaces, each gets a level of its own
 //  8..9  pixel position
 fn features(pixel: vec2<u32>, s: Surface, position: vec3<f32>) -> array<f32, FEATURES> {
     return array(

@@ -21,7 +21,7 @@ var<workgroup> ridge_slopes: array<array<f32, CHANNELS>, FEATURES>; // out
 fn ridge_solve(weight: f32, lane: u32) {
     if lane < FEATURES {
         let deviation = sqrt(max(ridge_squares[square_index(lane, lane)], 0.0) / weight);
-        ridge_scales[lane] = 1.0 / max(deviation, ridge_floors[lane]);
+        ridge_scales[lane] = 1.0 / max(max(deviation, ridge_floors[lane]), 1e-20);
     }
     workgroupBarrier();
     for (var entry = lane; entry < FEATURES * COLUMNS; entry += RIDGE_LANES) {

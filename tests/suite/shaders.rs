@@ -9,7 +9,7 @@ fn module(pass: &KernelDescriptor) -> naga::Module {
         .unwrap_or_else(|error| panic!("{}: {}", pass.name, error.emit_to_string(&source)))
 }
 
-/// Also leaves the assembled shaders in `target/shaders`, for `naga --capabilities none` and other tools.
+/// Also leaves the assembled shaders in `target/tmp/shaders`, for `naga --capabilities none` and other tools.
 #[test]
 fn every_shader_is_valid_without_any_capability() {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("shaders");

@@ -26,7 +26,6 @@ struct Frame {
     prev_projection: vec4f,
     // World position; w is the length by which ray origins leave a surface, per unit of the position's size.
     eye: vec4f,
-    prev_eye: vec4f,
     // Unit vector to the sun; w is 1 - cos(angular radius).
     sun_direction: vec4f,
     // Radiance of the disc; w is 1 / its solid angle, 0 without a sun.
@@ -110,7 +109,7 @@ fn prev_world_from_object(instance: u32) -> Affine {
     return load_affine(instance * INSTANCE_TEXELS + 6u);
 }
 
-// Vertex 0 and two edges in object space; w: material (-1 - material with an alpha mask), surface, unused.
+// Vertex 0 and two edges in object space; w: material (-1 - material with an alpha mask), surface, handedness of the tangent.
 struct Triangle {
     v0: vec4f,
     e1: vec4f,

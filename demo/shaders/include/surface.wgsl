@@ -12,8 +12,6 @@ struct Surface {
     emission: vec3f,
     // Density per area with which next-event estimation chooses this point; 0 where it never does.
     light_pdf: f32,
-    instance: u32,
-    surface_id: u32,
 }
 
 // `cone_width` is the ray's footprint at the hit, for the images' level of detail.
@@ -28,8 +26,6 @@ fn load_surface(hit: Hit, direction: vec3f, cone_width: f32) -> Surface {
 
     let object_position = triangle.v0.xyz + triangle.e1.xyz * w.y + triangle.e2.xyz * w.z;
     surface.position = transform_point(to_world, object_position);
-    surface.instance = hit.instance;
-    surface.surface_id = u32(triangle.e1.w + load_frame(hit.instance * INSTANCE_TEXELS + 9u).y);
 
     let outward = normalize(transform_normal(to_object, cross(triangle.e1.xyz, triangle.e2.xyz)));
     let is_front = dot(outward, direction) < 0.0;

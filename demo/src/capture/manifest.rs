@@ -135,6 +135,11 @@ pub fn check_info(path: &Path, frame: usize, info: &FrameInfo) -> Result<(), Cap
         if matrix.as_dmat4().determinant() == 0.0 || !inverse.is_finite() {
             return refuse("cannot be inverted");
         }
+        let rotation = glam::Mat3::from_mat4(matrix);
+        let rigid = (rotation * rotation.transpose()).abs_diff_eq(glam::Mat3::IDENTITY, 1e-2);
+        if name == "view" && (matrix.row(3) != glam::Vec4::W || !rigid || rotation.determinant() < 0.0) {
+            return refuse("is not a rotation and a translation, column-major (is it transposed, scaled or mirrored?)");
+        }
     }
     if !info.jitter_px.is_finite() {
         return Err(field(path, format!("frames[{frame}].jitter_px"), "finite numbers", info.jitter_px));

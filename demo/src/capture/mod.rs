@@ -120,11 +120,6 @@ impl Frame {
         }
     }
 
-    /// The noisy radiance as an image.
-    pub fn radiance_image(&self) -> ImageRgb {
-        ImageRgb { width: self.width, height: self.height, pixels: self.radiance.clone() }
-    }
-
     /// The converged image, where the frame has one.
     pub fn reference_image(&self) -> Option<ImageRgb> {
         let pixels = self.reference.clone()?;

@@ -56,11 +56,6 @@ impl CaptureWriter {
         Ok(Self { folder: folder.to_owned(), header, frames: Vec::new() })
     }
 
-    /// Frames written so far.
-    pub fn frames_written(&self) -> usize {
-        self.frames.len()
-    }
-
     /// Writes one frame: radiance, depth, motion and reference in 32 bits, the other images in half precision,
     /// integers exactly.
     pub fn write_frame(&mut self, frame: &Frame, info: &FrameInfo) -> Result<(), CaptureError> {

@@ -41,15 +41,6 @@ pub enum CameraPath {
 }
 
 impl CameraPath {
-    /// Seconds after which the path repeats; 0 for one that never changes.
-    pub fn period(&self) -> f32 {
-        match self {
-            Self::Still(_) | Self::Node { .. } => 0.0,
-            Self::Sway { period, .. } => *period,
-            Self::Spline { duration, closed, .. } => duration * if *closed { 1.0 } else { 2.0 },
-        }
-    }
-
     pub(super) fn at(&self, scene: &Scene, time_s: f32) -> CameraPose {
         match self {
             Self::Still(pose) => *pose,

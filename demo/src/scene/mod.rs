@@ -30,6 +30,8 @@ pub struct Scene {
     pub sun: Option<Sun>,
     pub sky: Sky,
     pub camera_path: CameraPath,
+    /// What of its source the scene does not show, for its user.
+    pub notes: Vec<String>,
 }
 
 /// A mesh at a node.
@@ -171,6 +173,7 @@ impl Scene {
                 up: Vec3::Y,
                 vertical_fov: 0.8,
             }),
+            notes: Vec::new(),
         }
     }
 

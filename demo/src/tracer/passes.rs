@@ -141,19 +141,19 @@ impl Passes {
         }
     }
 
-    /// Records `sum = prev_sum + spp * radiance`, or without the first term.
+    /// Records the mean of what `prev_mean` holds and of `spp` more samples, or of these alone.
     pub fn accumulate(
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         radiance: &wgpu::TextureView,
-        [prev_sum, sum]: [&wgpu::TextureView; 2],
+        [prev_mean, mean]: [&wgpu::TextureView; 2],
         parameters: &wgpu::Buffer,
     ) {
         let view = wgpu::BindingResource::TextureView;
-        let resources = [view(radiance), view(prev_sum), view(sum), parameters.as_entire_binding()];
+        let resources = [view(radiance), view(prev_mean), view(mean), parameters.as_entire_binding()];
         let images = bind(&gpu.device, "accumulate", &self.accumulate.layout, &resources);
-        let size = sum.texture().size();
+        let size = mean.texture().size();
         self.accumulate.dispatch(encoder, &[&images], [size.width, size.height], None);
     }
 }

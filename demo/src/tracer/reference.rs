@@ -1,4 +1,4 @@
-//! The sum of many frames' radiance.
+//! The mean of many frames' radiance.
 
 use super::passes::Passes;
 use crate::gbuffer::image;
@@ -11,21 +11,21 @@ use wgpu::util::DeviceExt;
 /// both read and write.
 #[derive(Debug)]
 pub struct ReferenceImage {
-    sums: [wgpu::TextureView; 2],
+    means: [wgpu::TextureView; 2],
     state: Mutex<State>,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
 struct State {
     samples: u32,
-    /// Which of `sums` holds the latest.
+    /// Which of `means` holds the latest.
     latest: usize,
 }
 
 impl ReferenceImage {
     pub fn new(device: &wgpu::Device, width: u32, height: u32) -> Self {
-        let sum = || image(device, "reference", [width, height], wgpu::TextureFormat::Rgba32Float);
-        Self { sums: [sum(), sum()], state: Mutex::default() }
+        let mean = || image(device, "reference", [width, height], wgpu::TextureFormat::Rgba32Float);
+        Self { means: [mean(), mean()], state: Mutex::default() }
     }
 
     /// Forgets what was accumulated.
@@ -38,14 +38,14 @@ impl ReferenceImage {
         self.state().samples
     }
 
-    /// `Rgba32Float`: sum of radiance, number of samples in w. Changes place with every call that accumulates.
+    /// `Rgba32Float`: mean radiance, number of samples in w. Changes place with every call that accumulates.
     pub fn view(&self) -> &wgpu::TextureView {
-        &self.sums[self.state().latest]
+        &self.means[self.state().latest]
     }
 
     /// Width and height in pixels.
     pub fn size(&self) -> [u32; 2] {
-        let size = self.sums[0].texture().size();
+        let size = self.means[0].texture().size();
         [size.width, size.height]
     }
 
@@ -57,7 +57,7 @@ impl ReferenceImage {
         anyhow::ensure!(self.samples() > 0, "the reference has no samples yet");
         let bytes = gpu.read_texture(self.view().texture()).context("reading a reference back")?;
         let texels = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned::<[f32; 4]>);
-        Ok(texels.map(|[r, g, b, n]| [r / n, g / n, b / n]).collect())
+        Ok(texels.map(|[r, g, b, _]| [r, g, b]).collect())
     }
 
     pub(super) fn add(
@@ -76,7 +76,7 @@ impl ReferenceImage {
             usage: wgpu::BufferUsages::UNIFORM,
         });
         let next = 1 - state.latest;
-        passes.accumulate(gpu, encoder, radiance, [&self.sums[state.latest], &self.sums[next]], &parameters);
+        passes.accumulate(gpu, encoder, radiance, [&self.means[state.latest], &self.means[next]], &parameters);
         *state = State { samples: state.samples + spp, latest: next };
     }
 

@@ -1,11 +1,12 @@
 //! glTF 2.0 files as scenes.
 //!
 //! One set of texture coordinates per mesh (that of the base colour), repeating textures, rigid and scaled nodes;
-//! skins, morph targets, blended transparency and primitives other than triangles are left out.
+//! skins, morph targets, blended transparency and primitives other than triangles are left out, and noted in the scene.
 
 mod animation;
 mod defaults;
 mod error;
+mod left_out;
 mod lights;
 mod material;
 mod mesh;
@@ -62,6 +63,7 @@ pub fn load(path: &Path) -> Result<Scene> {
         return fail(path, "nodes", "a transform is not finite");
     }
     defaults::complete(&mut scene, &placed);
+    scene.notes = left_out::left_out(&file.document);
     Ok(scene)
 }
 
