@@ -57,6 +57,7 @@ fn fit(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocation_index
         models[start + MODEL_WEIGHT] = weight;
         models[start + MODEL_NOISE_GAIN] = noise_gain(tile_count);
         models[start + MODEL_RELATIVE_NOISE] = relative_noise(variance);
+        models[start + MODEL_TRUST] = trust(tile_count);
     }
     write_coefficients(start, lane);
 }
@@ -135,6 +136,36 @@ fn noise_gain(tile_count: u32) -> f32 {
         expected += window[t][TILE_WEIGHT] * window[t][TILE_EXPECTED];
     }
     return select(1.0, clamp(found / expected, 0.0, 1.0), expected > 0.0);
+}
+
+const LEAST_TRUST = 1e-4; // where all models are bad, they still are compared
+const LUMINANCE = vec3(0.2126, 0.7152, 0.0722);
+
+// Squared ratio of the temporal means' noise and the model's residual: 1 where it explains all but noise, less where an edge
+// that no feature knows runs through the window. So pixels beside the edge are predicted by the models on their side.
+fn trust(tile_count: u32) -> f32 {
+    var residual = 0.0;
+    for (var c = 0u; c < CHANNELS; c++) {
+        for (var d = 0u; d < CHANNELS; d++) {
+            residual += LUMINANCE[c] * LUMINANCE[d]
+                * ridge_squares[square_index(FEATURES + min(c, d), FEATURES + max(c, d))];
+        }
+    }
+    for (var i = 0u; i < FEATURES; i++) {
+        var slope = 0.0;
+        var product = 0.0;
+        for (var c = 0u; c < CHANNELS; c++) {
+            slope += LUMINANCE[c] * ridge_slopes[i][c];
+            product += LUMINANCE[c] * ridge_squares[square_index(i, FEATURES + c)];
+        }
+        residual -= slope * product;
+    }
+    var noise = 0.0;
+    for (var t = 0u; t < tile_count; t++) {
+        noise += window[t][TILE_WEIGHT] * window[t][TILE_FOUND];
+    }
+    let fit = clamp(noise / max(residual, 1e-20), LEAST_TRUST, 1.0);
+    return fit * fit;
 }
 
 // Squares of the window about its mean: those of its tiles about theirs, plus those of the tiles' means.

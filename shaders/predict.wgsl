@@ -1,4 +1,5 @@
-// predict: every pixel from the models whose windows hold it, weighted by a tent that ends at the window's border.
+// predict: every pixel from the models whose windows hold it, weighted by a tent that ends at the window's border, and by how
+// well they fit.
 //
 // Reads   guide, history, noise, models.
 // Writes  prediction: predicted demodulated radiance; in w the standard error of the temporal mean, < 0 without samples
@@ -38,8 +39,8 @@ fn predict(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) 
             }
             let middle = (vec2<f32>(centre) * f32(CENTRE_STRIDE) + 0.5) * f32(TILE);
             let tent = max(1.0 - abs(vec2<f32>(id.xy) + 0.5 - middle) / reach, vec2(0.0));
-            let weight = tent.x * tent.y;
             let start = (u32(centre.y) * frame.centres.x + u32(centre.x)) * MODEL_STRIDE;
+            let weight = tent.x * tent.y * models[start + MODEL_TRUST];
             if weight > 0.0 && models[start + MODEL_WEIGHT] > 0.0 {
                 sum += weight * vec4(evaluate(start, z), 1.0);
                 noises += weight

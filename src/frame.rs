@@ -179,7 +179,11 @@ fn check_image(
     let layers = texture.depth_or_array_layers();
     // A storage view has to be of one mip level; how many a view has cannot be asked.
     let mips = if usage == TextureUsages::STORAGE_BINDING { texture.mip_level_count() } else { 1 };
-    if texture.dimension() != wgpu::TextureDimension::D2 || layers != 1 || mips != 1 || texture.sample_count() != 1 {
+    if texture.dimension() != wgpu::TextureDimension::D2
+        || layers != 1
+        || mips != 1
+        || texture.sample_count() != 1
+    {
         return Err(FrameError::Shape {
             image,
             dimension: texture.dimension(),

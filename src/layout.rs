@@ -17,7 +17,7 @@ pub const CENTRE_STRIDE: u32 = 2;
 /// Floats of a tile besides its squares.
 pub const TILE_STRIDE: u32 = 4 + COLUMNS;
 /// Floats of a model.
-pub const MODEL_STRIDE: u32 = 3 + COLUMNS + 3 * FEATURES;
+pub const MODEL_STRIDE: u32 = 4 + COLUMNS + 3 * FEATURES;
 
 /// Workgroup memory that the largest pass needs.
 pub const WORKGROUP_BYTES: u64 = 12 * 1024;

@@ -68,10 +68,11 @@ const TILE_STRIDE = TILE_MEAN + COLUMNS;
 const HALF_SQUARES = (SQUARES + 1u) / 2u;
 
 // A model in memory: weight, noise gain (found over expected variance of the temporal means), relative noise (variance of one
-// sample over the squared mean), means of the columns (its origin and its value there), slopes per feature and channel.
+// sample over the squared mean), trust (1 where the model fits, less where it does not), means of the columns (its origin and its value there), slopes per feature and channel.
 const MODEL_WEIGHT = 0u;
 const MODEL_NOISE_GAIN = 1u;
 const MODEL_RELATIVE_NOISE = 2u;
-const MODEL_MEAN = 3u;
+const MODEL_TRUST = 3u;
+const MODEL_MEAN = 4u;
 const MODEL_SLOPE = MODEL_MEAN + COLUMNS;
 const MODEL_STRIDE = MODEL_SLOPE + FEATURES * CHANNELS;

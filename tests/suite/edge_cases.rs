@@ -1,6 +1,6 @@
 //! What real applications do to a denoiser: odd sizes, broken pixels, cuts, resizes, wrong images.
 
-use crate::gpu::{blank, gpu};
+use crate::gpu::{blank, gpu, upload};
 use crate::sequence::{Frame, denoise, denoiser, frame, jittered_frame, psnr, read_output, submit, walk};
 use glam::{Mat4, Vec2, Vec3, camera::rh};
 use quell::{
@@ -69,7 +69,7 @@ fn broken_pixels_are_repaired_and_forgotten() {
         *pixel = if i % 2 == 0 { [f32::NAN; 2] } else { [f32::INFINITY, 1e30] };
     }
     for (i, pixel) in broken.depth.iter_mut().enumerate().filter(|(i, _)| i % 19 == 0) {
-        *pixel = if i % 2 == 0 { f32::NAN } else { -1.0 };
+        *pixel = [f32::NAN, -1.0, 0.0, f32::NEG_INFINITY, 1e30, f32::MAX][i / 19 % 6];
     }
     let mut quell = denoiser(SIZE);
     assert_sound(&denoise(&mut quell, &broken, &Settings::default()));
@@ -224,6 +224,47 @@ fn an_orthographic_camera_works() {
     assert!(kept > 0.99, "{kept}");
 }
 
+/// All formats of the contract that the other tests do not use.
+#[test]
+fn every_format_of_the_contract_works() {
+    let frame = frame(SIZE, EYE, EYE, 1);
+    let half = |v: f32| half::f16::from_f32(v);
+    let bytes = |texels: &[[f32; 4]], scale: f32, encode: fn(f32) -> f32| -> Vec<u8> {
+        texels.iter().flatten().map(|&v| (encode(v) * scale).round() as i32 as u8).collect()
+    };
+    let srgb = |v: f32| if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+    let with_depth: Vec<[half::f16; 4]> =
+        frame.motion.iter().map(|m| [half(m[0]), half(m[1]), half(0.0), half(0.0)]).collect();
+    let motion: Vec<[half::f16; 2]> = frame.motion.iter().map(|m| m.map(half)).collect();
+    let radiance: Vec<[half::f16; 4]> = frame.radiance.iter().map(|t| t.map(half)).collect();
+    let samples = vec![1_u8; frame.samples.len()];
+    let albedo_srgb = upload(SIZE, Format::Rgba8UnormSrgb, &bytes(&frame.albedo, 255.0, srgb));
+    let albedo = upload(SIZE, Format::Rgba8Unorm, &bytes(&frame.albedo, 255.0, |v| v));
+    let normal = upload(SIZE, Format::Rgba8Snorm, &bytes(&frame.normal, 127.0, |v| v));
+    let radiance = upload(SIZE, Format::Rgba16Float, &radiance);
+    let motion = upload(SIZE, Format::Rg16Float, &motion);
+    let with_depth = upload(SIZE, Format::Rgba16Float, &with_depth);
+    let samples = upload(SIZE, Format::R8Uint, &samples);
+    let images = frame.upload();
+    let good = images.inputs(frame.camera, HistoryMode::Continue);
+    let mut reference = denoiser(SIZE);
+    (0..4).for_each(|_| submit(&mut reference, &good, &Settings::default()));
+    let expected = read_output(&images.output);
+    let variants = [
+        FrameInputs { albedo: &albedo_srgb, ..good },
+        FrameInputs { albedo: &albedo, radiance: &radiance, ..good },
+        FrameInputs { normal_roughness: &normal, motion: &motion, ..good },
+        FrameInputs { motion: &with_depth, sample_count: Some(&samples), ..good },
+    ];
+    for (i, inputs) in variants.iter().enumerate() {
+        let mut quell = denoiser(SIZE);
+        (0..4).for_each(|_| submit(&mut quell, inputs, &Settings::default()));
+        // Coarser formats: nearly the same picture.
+        let likeness = psnr(&read_output(&images.output), &expected);
+        assert!(likeness > 35.0, "variant {i}: {likeness:.1} dB");
+    }
+}
+
 #[test]
 fn emission_is_kept_sharp() {
     let mut frame = frame(SIZE, EYE, EYE, 1);
@@ -347,6 +388,7 @@ fn wrong_images_are_named_and_history_stays() {
         (FrameInputs { albedo: &wrong_format, ..good }, ["`albedo`", "R32Float", "Rgba16Float"]),
         (FrameInputs { surface_id: Some(&wrong_format), ..good }, ["`surface_id`", "R32Float", "R32Uint"]),
         (FrameInputs { output: &unstorable, ..good }, ["`output`", "STORAGE_BINDING", "TEXTURE_BINDING"]),
+        (FrameInputs { output: &images.albedo, ..good }, ["`output`", "`albedo`", "same texture"]),
     ];
     for (inputs, parts) in &cases {
         let message = refusal(&mut quell, inputs, &Settings::default()).to_string();
@@ -377,13 +419,16 @@ fn wrong_settings_and_cameras_are_named() {
     for (settings, name) in settings {
         assert!(refusal(&mut quell, &good, &settings).to_string().contains(name));
     }
-    let mut cameras = [frame.camera; 4];
+    let mut cameras = [frame.camera; 6];
+    cameras[4].view_from_world = cameras[4].view_from_world.transpose();
+    cameras[5].view_from_world = Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0)) * cameras[5].view_from_world;
     cameras[0].view_from_world *= 2.0;
     cameras[1].clip_from_view = Mat4::ZERO;
     cameras[2].clip_from_view.x_axis.x = f32::NAN;
     cameras[3].jitter_px = Vec2::NAN;
+    let view = "view_from_world";
     for (camera, name) in
-        cameras.into_iter().zip(["view_from_world", "clip_from_view", "clip_from_view", "jitter_px"])
+        cameras.into_iter().zip([view, "clip_from_view", "clip_from_view", "jitter_px", view, view])
     {
         let message = refusal(&mut quell, &FrameInputs { camera, ..good }, &Settings::default()).to_string();
         assert!(message.contains(name), "{message}");

@@ -76,6 +76,71 @@ fn a_still_view_converges() {
     assert!(at.is_sorted_by(|a, b| *b > *a + 1.0), "{at:?}");
 }
 
+/// The mean of `spp` frames' samples as one frame.
+fn many_samples(spp: u32, seed: u64) -> Frame {
+    let eye = Vec3::new(0.0, 1.4, 1.0);
+    let mut sum = frame(SIZE, eye, eye, seed);
+    for i in 1..u64::from(spp) {
+        let more = frame(SIZE, eye, eye, seed + i);
+        sum.radiance.iter_mut().flatten().zip(more.radiance.iter().flatten()).for_each(|(s, m)| *s += m);
+    }
+    sum.radiance.iter_mut().flatten().for_each(|s| *s /= spp as f32);
+    sum.samples.fill(spp);
+    sum
+}
+
+/// More samples are never worse, in the first frame (where all history a pixel has is this frame's) and later.
+#[test]
+fn more_samples_per_pixel_are_better() {
+    let quality = |spp: u32| {
+        let mut quell = denoiser(SIZE);
+        [1000, 2000].map(|seed| {
+            let frame = many_samples(spp, seed);
+            psnr(&denoise_and_accumulate(&mut quell, &frame, &Settings::default()).0, &frame.truth)
+        })
+    };
+    let found = [1, 3, 4, 8].map(quality);
+    println!("first and second frame at 1, 3, 4, 8 spp: {found:.2?} dB");
+    assert!(found.is_sorted_by(|fewer, more| more[0] > fewer[0] && more[1] > fewer[1]), "{found:?}");
+}
+
+/// Without memory every frame is a first one: the tenth is as good as the first.
+#[test]
+fn a_history_of_one_is_a_frame_on_its_own() {
+    let mut quell = denoiser(SIZE);
+    let settings = Settings { max_history: 1.0, ..Settings::default() };
+    let eye = Vec3::new(0.0, 1.4, 1.0);
+    let quality: Vec<f64> = (0..10)
+        .map(|seed| {
+            let frame = frame(SIZE, eye, eye, seed);
+            psnr(&denoise_and_accumulate(&mut quell, &frame, &settings).0, &frame.truth)
+        })
+        .collect();
+    assert!((quality[9] - quality[0]).abs() < 1.0, "{quality:.2?}");
+}
+
+/// Checkerboard sampling: half the pixels in each frame, in turn. Noise must not pass for detail.
+#[test]
+fn a_checkerboard_of_samples_is_denoised_as_well_as_half_the_frames() {
+    let eye = Vec3::new(0.0, 1.4, 1.0);
+    let (mut board, mut whole) = (denoiser(SIZE), denoiser(SIZE));
+    let mut last = (0.0, 0.0);
+    for i in 0..16 {
+        let mut sparse = frame(SIZE, eye, eye, 100 + i);
+        for (p, samples) in sparse.samples.iter_mut().enumerate() {
+            let (x, y) = (p % SIZE[0] as usize, p / SIZE[0] as usize);
+            *samples = u32::from((x + y + i as usize) % 2 == 0);
+        }
+        last.0 = psnr(&denoise_and_accumulate(&mut board, &sparse, &Settings::default()).0, &sparse.truth);
+        if i % 2 == 0 {
+            let full = frame(SIZE, eye, eye, 200 + i);
+            last.1 = psnr(&denoise_and_accumulate(&mut whole, &full, &Settings::default()).0, &full.truth);
+        }
+    }
+    println!("16 checkerboards {:.2} dB, 8 whole frames {:.2} dB", last.0, last.1);
+    assert!(last.0 > last.1 - 1.0, "{last:?}");
+}
+
 /// Two ids that no other feature tells apart: the border between them stays sharp.
 #[test]
 fn light_does_not_bleed_between_surface_ids() {

@@ -138,7 +138,9 @@ pub fn check_info(path: &Path, frame: usize, info: &FrameInfo) -> Result<(), Cap
         let rotation = glam::Mat3::from_mat4(matrix);
         let rigid = (rotation * rotation.transpose()).abs_diff_eq(glam::Mat3::IDENTITY, 1e-2);
         if name == "view" && (matrix.row(3) != glam::Vec4::W || !rigid || rotation.determinant() < 0.0) {
-            return refuse("is not a rotation and a translation, column-major (is it transposed, scaled or mirrored?)");
+            return refuse(
+                "is not a rotation and a translation, column-major (is it transposed, scaled or mirrored?)",
+            );
         }
     }
     if !info.jitter_px.is_finite() {

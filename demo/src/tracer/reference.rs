@@ -76,7 +76,13 @@ impl ReferenceImage {
             usage: wgpu::BufferUsages::UNIFORM,
         });
         let next = 1 - state.latest;
-        passes.accumulate(gpu, encoder, radiance, [&self.means[state.latest], &self.means[next]], &parameters);
+        passes.accumulate(
+            gpu,
+            encoder,
+            radiance,
+            [&self.means[state.latest], &self.means[next]],
+            &parameters,
+        );
         *state = State { samples: state.samples + spp, latest: next };
     }
 

@@ -28,7 +28,8 @@ fn check(window_radius: u32) {
             model[0] = if random.random_bool(0.2) { 0.0 } else { 1.0 };
             model[1] = random.random_range(0.1..1.0);
             model[2] = random.random_range(0.1..5.0);
-            model[3 + FEATURES as usize..][..3].fill(random.random_range(0.5..2.0));
+            model[3] = random.random_range(0.01..1.0);
+            model[4 + FEATURES as usize..][..3].fill(random.random_range(0.5..2.0));
             model
         })
         .collect();
@@ -66,10 +67,11 @@ fn check(window_radius: u32) {
                 continue;
             }
             let model: Vec<f64> = model.iter().copied().map(f64::from).collect();
+            let weight = weight * model[3];
             for c in 0..3 {
                 let slopes = (0..FEATURES as usize)
-                    .map(|f| (z[f] - model[3 + f]) * model[3 + COLUMNS as usize + 3 * f + c]);
-                sum[c] += weight * (model[3 + FEATURES as usize + c] + slopes.sum::<f64>());
+                    .map(|f| (z[f] - model[4 + f]) * model[4 + COLUMNS as usize + 3 * f + c]);
+                sum[c] += weight * (model[4 + FEATURES as usize + c] + slopes.sum::<f64>());
             }
             gain += weight * model[1];
             relative_noise += weight * model[2];

@@ -3,9 +3,9 @@
 use super::surface::{Surface, position_at, position_of, project};
 use super::{guide, mismatches, random_history, run, uniforms, wide};
 use crate::gpu::{blank, download, gpu, upload};
-use crate::sequence::{Frame, frame};
-use glam::{DVec2, DVec3, Vec3};
-use quell::gpu::FrameUniforms;
+use crate::sequence::{Frame, frame, jittered_frame};
+use glam::{DVec2, DVec3, Vec2, Vec3};
+use quell::gpu::{FrameUniforms, flags};
 use quell::passes::reproject::{Reproject, ReprojectViews};
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use wgpu::TextureFormat as Format;
@@ -24,7 +24,7 @@ struct Origin {
     tolerance: f64,
 }
 
-fn find_origin(u: &FrameUniforms, i: usize, surface: Surface, motion: [f32; 2]) -> Option<Origin> {
+fn find_origin(u: &FrameUniforms, i: usize, surface: Surface, motion: [f32; 3]) -> Option<Origin> {
     let size = DVec2::new(u.size[0].into(), u.size[1].into());
     let pixel = DVec2::new((i as u32 % u.size[0]).into(), (i as u32 / u.size[0]).into());
     let uv = (pixel + 0.5) / size;
@@ -36,10 +36,19 @@ fn find_origin(u: &FrameUniforms, i: usize, surface: Surface, motion: [f32; 2]) 
     if (texel - texel.round()).abs().max_element() < 0.002 {
         texel = texel.round();
     }
-    let still = project(&u.previous, position_at(&u.current, uv, surface.depth) + u.eye_delta.as_dvec3());
-    let stands_still = ((still.truncate() - uv - offset).abs() * size).max_element() < 0.5;
-    let (depth, slack) = if stands_still { (still.z, 1.0) } else { (surface.depth, 10.0) };
-    let position = position_at(&u.previous, uv + offset, depth);
+    let jitter = DVec2::new(u.current.jitter[0].into(), u.current.jitter[1].into());
+    let sampled = uv + jitter / size;
+    let still =
+        project(&u.previous, position_at(&u.current, sampled, surface.depth) + u.eye_delta.as_dvec3());
+    let stands_still = ((still.truncate() - sampled - offset).abs() * size).max_element() < 0.5;
+    let (depth, slack) = if u.flags & flags::MOTION_DEPTH != 0 && motion[2].is_finite() {
+        (surface.depth + f64::from(motion[2]), 1.0)
+    } else if stands_still {
+        (still.z, 1.0)
+    } else {
+        (surface.depth, 10.0)
+    };
+    let position = position_at(&u.previous, sampled + offset, depth);
     Some(Origin { texel, position, surface, tolerance: 0.01 * surface.depth * slack })
 }
 
@@ -112,10 +121,23 @@ fn reproject(u: &FrameUniforms, origin: &Origin, previous: &Previous<'_>) -> ([f
     (history, noise)
 }
 
+/// Motion without a change of depth.
+fn flat(motion: &[[f32; 2]]) -> Vec<[f32; 3]> {
+    motion.iter().map(|m| [m[0], m[1], 0.0]).collect()
+}
+
 /// Share of mismatches between the GPU, given the first motion, and the twin, given the second.
-fn check(now: &Frame, before: &Frame, [gpu_motion, motion]: [&[[f32; 2]]; 2], seed: u64) -> f64 {
+fn check(
+    now: &Frame,
+    before: &Frame,
+    [gpu_motion, motion]: [&[[f32; 3]]; 2],
+    extra_flags: u32,
+    seed: u64,
+) -> f64 {
+    let gpu_motion: Vec<_> = gpu_motion.iter().map(|m| [m[0], m[1], m[2], 0.0]).collect();
     let mut random = StdRng::seed_from_u64(seed);
-    let u = uniforms(now, before);
+    let mut u = uniforms(now, before);
+    u.flags |= extra_flags;
     let (words, surfaces) = guide(now);
     let (previous_words, previous_surfaces) = guide(before);
     let history = random_history(&mut random, surfaces.len());
@@ -128,7 +150,7 @@ fn check(now: &Frame, before: &Frame, [gpu_motion, motion]: [&[[f32; 2]]; 2], se
     run(&u, |recorder| {
         let views = ReprojectViews {
             guide: &upload(size, Format::Rgba32Uint, &words),
-            motion: &upload(size, Format::Rg32Float, gpu_motion),
+            motion: &upload(size, Format::Rgba32Float, &gpu_motion),
             previous_guide: &upload(size, Format::Rgba32Uint, &previous_words),
             previous_history: &upload(size, Format::Rgba16Float, &history),
             previous_noise: &upload(size, Format::Rg32Float, &noise),
@@ -170,7 +192,7 @@ const ON_A_THRESHOLD: f64 = 0.005;
 fn matches_its_twin_under_camera_motion() {
     let (from, to) = (Vec3::new(0.0, 1.4, 1.0), Vec3::new(0.05, 1.42, 0.9));
     let (before, now) = (frame(SIZE, from, from, 1), frame(SIZE, to, from, 2));
-    let wrong = check(&now, &before, [&now.motion; 2], 3);
+    let wrong = check(&now, &before, [&flat(&now.motion); 2], 0, 3);
     assert!(wrong <= ON_A_THRESHOLD, "{wrong}");
 }
 
@@ -190,7 +212,32 @@ fn matches_its_twin_under_arbitrary_and_invalid_motion() {
             _ => [random.random_range(-0.2..0.2), random.random_range(-0.2..0.2)],
         })
         .collect();
-    let wrong = check(&now, &before, [&motion; 2], 5);
+    let wrong = check(&now, &before, [&flat(&motion); 2], 0, 5);
+    assert!(wrong <= ON_A_THRESHOLD, "{wrong}");
+}
+
+#[test]
+fn matches_its_twin_where_motion_tells_the_change_of_depth() {
+    let (from, to) = (Vec3::new(0.0, 1.4, 1.0), Vec3::new(0.05, 1.42, 0.9));
+    let (before, now) = (frame(SIZE, from, from, 1), frame(SIZE, to, from, 2));
+    let mut random = StdRng::seed_from_u64(6);
+    let motion: Vec<[f32; 3]> = now
+        .motion
+        .iter()
+        .map(|m| [m[0], m[1], [0.0, 0.1, -0.02, f32::NAN][random.random_range(0..4)]])
+        .collect();
+    let wrong = check(&now, &before, [&motion; 2], flags::MOTION_DEPTH, 7);
+    assert!(wrong <= ON_A_THRESHOLD, "{wrong}");
+    // Without the flag the same change of depth is not looked at.
+    assert!(check(&now, &before, [&motion, &flat(&now.motion)], flags::MOTION_DEPTH, 7) > 0.1);
+}
+
+#[test]
+fn matches_its_twin_with_jitter() {
+    let (from, to) = (Vec3::new(0.0, 1.4, 1.0), Vec3::new(0.05, 1.42, 0.9));
+    let before = jittered_frame(SIZE, from, from, 1, Vec2::new(0.4, -0.3));
+    let now = jittered_frame(SIZE, to, from, 2, Vec2::new(-0.2, 0.45));
+    let wrong = check(&now, &before, [&flat(&now.motion); 2], 0, 8);
     assert!(wrong <= ON_A_THRESHOLD, "{wrong}");
 }
 
@@ -198,6 +245,7 @@ fn matches_its_twin_under_arbitrary_and_invalid_motion() {
 fn the_comparison_fails_where_the_gpu_gets_motion_that_is_off_by_a_pixel() {
     let (from, to) = (Vec3::new(0.0, 1.4, 1.0), Vec3::new(0.05, 1.42, 0.9));
     let (before, now) = (frame(SIZE, from, from, 1), frame(SIZE, to, from, 2));
-    let shifted: Vec<_> = now.motion.iter().map(|m| [m[0] + 1.0 / SIZE[0] as f32, m[1]]).collect();
-    assert!(check(&now, &before, [&shifted, &now.motion], 3) > 0.2);
+    let motion = flat(&now.motion);
+    let shifted: Vec<_> = motion.iter().map(|m| [m[0] + 1.0 / SIZE[0] as f32, m[1], 0.0]).collect();
+    assert!(check(&now, &before, [&shifted, &motion], 0, 3) > 0.2);
 }
