@@ -129,7 +129,7 @@ fn a_checkerboard_of_samples_is_denoised_as_well_as_half_the_frames() {
         let mut sparse = frame(SIZE, eye, eye, 100 + i);
         for (p, samples) in sparse.samples.iter_mut().enumerate() {
             let (x, y) = (p % SIZE[0] as usize, p / SIZE[0] as usize);
-            *samples = u32::from((x + y + i as usize) % 2 == 0);
+            *samples = u32::from((x + y + i as usize).is_multiple_of(2));
         }
         last.0 = psnr(&denoise_and_accumulate(&mut board, &sparse, &Settings::default()).0, &sparse.truth);
         if i % 2 == 0 {
