@@ -1,6 +1,6 @@
 //! The images that the path tracer writes and the denoiser reads, on the GPU.
 
-/// One frame's inputs of the denoiser; each made by [`image`].
+/// One frame's inputs of the denoiser; each made by [`image()`].
 #[derive(Debug)]
 pub struct GBuffer {
     pub width: u32,
