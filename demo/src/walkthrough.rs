@@ -37,7 +37,7 @@ struct Targets {
     reference_view: Option<(Camera, f32)>,
 }
 
-/// A CPU adapter traces this many pixels at a few frames per second.
+/// A CPU adapter takes about a second for this many pixels.
 const CPU_PIXELS: f32 = 320.0 * 180.0;
 const GPU_PIXELS: f32 = 1920.0 * 1080.0;
 
