@@ -30,13 +30,14 @@ fn fit(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocation_index
     let tile_count = side * side;
     load_tile(centre.xy, side, lane);
     workgroupBarrier();
-    let variance = window_variance(tile_count);
+    // Of one sample, over the window.
+    let variance = window_mean(TILE_VARIANCE, window_weight(tile_count), tile_count);
     workgroupBarrier(); // all have read the weights that are now replaced
     weigh_tile(variance, tile_count, lane);
     workgroupBarrier();
     let weight = window_weight(tile_count);
     if lane < COLUMNS {
-        means[lane] = window_mean(lane, weight, tile_count);
+        means[lane] = window_mean(TILE_MEAN + lane, weight, tile_count);
     }
     workgroupBarrier();
     for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
@@ -54,10 +55,12 @@ fn fit(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocation_index
     ridge_solve(select(1.0, weight, weight > 0.0), lane);
     let start = (centre.y * frame.centres.x + centre.x) * MODEL_STRIDE;
     if lane == 0u {
+        let found = window_mean(TILE_FOUND, weight, tile_count);
+        let expected = window_mean(TILE_EXPECTED, weight, tile_count);
         models[start + MODEL_WEIGHT] = weight;
-        models[start + MODEL_NOISE_GAIN] = noise_gain(tile_count);
+        models[start + MODEL_NOISE_GAIN] = noise_gain(found, expected);
         models[start + MODEL_RELATIVE_NOISE] = relative_noise(variance);
-        models[start + MODEL_TRUST] = trust(tile_count);
+        models[start + MODEL_TRUST] = trust(found * weight);
     }
     write_coefficients(start, lane);
 }
@@ -83,17 +86,6 @@ fn load_tile(centre: vec2<u32>, side: u32, lane: u32) {
     }
 }
 
-// Mean variance of one sample over the window.
-fn window_variance(tile_count: u32) -> f32 {
-    var weight = 0.0;
-    var variance = 0.0;
-    for (var t = 0u; t < tile_count; t++) {
-        weight += window[t][TILE_WEIGHT];
-        variance += window[t][TILE_WEIGHT] * window[t][TILE_VARIANCE];
-    }
-    return select(0.0, variance / weight, weight > 0.0);
-}
-
 // Inverse-variance weighting by tiles; the variance slot then holds the factor.
 fn weigh_tile(variance: f32, tile_count: u32, lane: u32) {
     if lane < tile_count {
@@ -112,10 +104,11 @@ fn window_weight(tile_count: u32) -> f32 {
     return weight;
 }
 
-fn window_mean(column: u32, weight: f32, tile_count: u32) -> f32 {
+// Weighted mean of one of the tiles' entries.
+fn window_mean(entry: u32, weight: f32, tile_count: u32) -> f32 {
     var sum = 0.0;
     for (var t = 0u; t < tile_count; t++) {
-        sum += window[t][TILE_WEIGHT] * window[t][TILE_MEAN + column];
+        sum += window[t][TILE_WEIGHT] * window[t][entry];
     }
     return select(0.0, sum / weight, weight > 0.0);
 }
@@ -128,22 +121,15 @@ fn relative_noise(variance: f32) -> f32 {
 
 // How much less the temporal means vary than as many independent samples would: resampling averages over neighbours, and
 // an exponential mean of length n over more than n samples.
-fn noise_gain(tile_count: u32) -> f32 {
-    var found = 0.0;
-    var expected = 0.0;
-    for (var t = 0u; t < tile_count; t++) {
-        found += window[t][TILE_WEIGHT] * window[t][TILE_FOUND];
-        expected += window[t][TILE_WEIGHT] * window[t][TILE_EXPECTED];
-    }
+fn noise_gain(found: f32, expected: f32) -> f32 {
     return select(1.0, clamp(found / expected, 0.0, 1.0), expected > 0.0);
 }
 
 const LEAST_TRUST = 1e-4; // where all models are bad, they still are compared
-const LUMINANCE = vec3(0.2126, 0.7152, 0.0722);
 
 // Squared ratio of the temporal means' noise and the model's residual: 1 where it explains all but noise, less where an edge
 // that no feature knows runs through the window. So pixels beside the edge are predicted by the models on their side.
-fn trust(tile_count: u32) -> f32 {
+fn trust(noise: f32) -> f32 {
     var residual = 0.0;
     for (var c = 0u; c < CHANNELS; c++) {
         for (var d = 0u; d < CHANNELS; d++) {
@@ -159,10 +145,6 @@ fn trust(tile_count: u32) -> f32 {
             product += LUMINANCE[c] * ridge_squares[square_index(i, FEATURES + c)];
         }
         residual -= slope * product;
-    }
-    var noise = 0.0;
-    for (var t = 0u; t < tile_count; t++) {
-        noise += window[t][TILE_WEIGHT] * window[t][TILE_FOUND];
     }
     let fit = clamp(noise / max(residual, 1e-20), LEAST_TRUST, 1.0);
     return fit * fit;

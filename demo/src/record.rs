@@ -32,7 +32,7 @@ pub fn record(gpu: &Gpu, options: &RecordOptions) -> Result<()> {
     let progress = progress_bar(u64::from(frames) + reference_steps, "recording");
     for i in 0..frames {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        walk.trace(gpu, &mut encoder, i, None);
+        walk.trace(gpu, &mut encoder, i);
         gpu.queue.submit([encoder.finish()]);
         let mut frame = download(gpu, walk.gbuffer())?;
         if chosen.contains(&i) {

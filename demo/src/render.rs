@@ -4,14 +4,14 @@ use crate::contact_sheet::ContactSheet;
 use crate::gpu::Gpu;
 use crate::image::ImageRgb;
 use crate::method::{Method, MethodFrame, MethodRunner};
-use crate::report::{QualityRecorder, QualityReport};
+use crate::report::{HEADINGS, MeanReport, QualityRecorder, QualityReport, columns, write_json};
 use crate::walk::{References, Walk, WalkOptions};
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use quell::Settings;
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// What to render and where to.
@@ -73,7 +73,7 @@ pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
     let progress = progress_bar(u64::from(frames) + reference_steps, "rendering");
     for i in 0..frames {
         times.measure(gpu, TRACER, |encoder| {
-            walk.trace(gpu, encoder, i, None);
+            walk.trace(gpu, encoder, i);
             Ok(())
         })?;
         let frame = MethodFrame::new(walk.gbuffer(), walk.view(i).camera, i == 0, &settings);
@@ -142,11 +142,6 @@ fn on_sheet(i: u32, frames: u32, chosen: &[u32]) -> bool {
     (1..=shown).any(|k| frames * k / shown - 1 == i)
 }
 
-fn write_json(report: &RenderReport, path: &Path) -> Result<()> {
-    let text = serde_json::to_string_pretty(report)? + "\n";
-    std::fs::write(path, text).with_context(|| format!("{}: cannot write", path.display()))
-}
-
 impl RenderReport {
     /// What was measured, for a terminal.
     pub fn summary(&self) -> String {
@@ -164,20 +159,11 @@ impl RenderReport {
                 self.reference_spp,
                 first.adapter
             );
-            let _ = writeln!(
-                out,
-                "{:<12} {:>8} {:>8} {:>8} {:>10} {:>8}",
-                "method", "PSNR", "SSIM", "FLIP", "rMSE", "tPSNR"
-            );
+            let _ = write!(out, "{:<12}{HEADINGS}", "method");
         }
         for method in &self.methods {
-            let m = &method.mean.metrics;
-            let tpsnr = method.mean.tpsnr_db.map_or("-".to_owned(), |t| format!("{t:.2}"));
-            let _ = writeln!(
-                out,
-                "{:<12} {:>8.2} {:>8.4} {:>8.4} {:>10.5} {tpsnr:>8}",
-                method.method, m.psnr_db, m.ssim, m.flip, m.relative_mse
-            );
+            let MeanReport { metrics, tpsnr_db } = &method.mean;
+            let _ = write!(out, "{:<12}{}", method.method, columns(metrics, *tpsnr_db));
         }
         if let (Some(tracer), Some(quell)) =
             (self.wall_ms.get(TRACER), self.wall_ms.get(Method::Quell.name()))

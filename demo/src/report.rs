@@ -110,30 +110,32 @@ impl QualityRecorder {
 impl QualityReport {
     /// One line per frame and the means, for a terminal.
     pub fn table(&self) -> String {
-        let mut out = format!(
-            "{:>6} {:>8} {:>8} {:>8} {:>10} {:>8}\n",
-            "frame", "PSNR", "SSIM", "FLIP", "rMSE", "tPSNR"
-        );
-        let mut line = |label: String, m: &FrameMetrics, tpsnr: Option<f64>| {
-            let tpsnr = tpsnr.map_or("-".to_owned(), |t| format!("{t:.2}"));
-            // Writing to a string cannot fail.
-            let _ = writeln!(
-                out,
-                "{label:>6} {:>8.2} {:>8.4} {:>8.4} {:>10.5} {tpsnr:>8}",
-                m.psnr_db, m.ssim, m.flip, m.relative_mse
-            );
-        };
+        let mut out = format!("{:>6}{HEADINGS}", "frame");
         for frame in &self.frames {
-            line(frame.frame.to_string(), &frame.metrics, frame.tpsnr_db);
+            let _ = write!(out, "{:>6}{}", frame.frame, columns(&frame.metrics, frame.tpsnr_db));
         }
-        line("mean".to_owned(), &self.mean.metrics, self.mean.tpsnr_db);
+        let _ = write!(out, "{:>6}{}", "mean", columns(&self.mean.metrics, self.mean.tpsnr_db));
         out
     }
 
     pub fn write_json(&self, path: &Path) -> Result<()> {
-        let text = serde_json::to_string_pretty(self)?;
-        std::fs::write(path, text + "\n").with_context(|| format!("{}: cannot write", path.display()))
+        write_json(self, path)
     }
+}
+
+/// Headings of [`columns`].
+pub const HEADINGS: &str = "     PSNR     SSIM     FLIP       rMSE    tPSNR\n";
+
+/// The metrics of one line of a table, after its label.
+pub fn columns(m: &FrameMetrics, tpsnr_db: Option<f64>) -> String {
+    let tpsnr = tpsnr_db.map_or("-".to_owned(), |t| format!("{t:.2}"));
+    format!(" {:>8.2} {:>8.4} {:>8.4} {:>10.5} {tpsnr:>8}\n", m.psnr_db, m.ssim, m.flip, m.relative_mse)
+}
+
+/// Writes a report as indented JSON.
+pub fn write_json(report: &impl Serialize, path: &Path) -> Result<()> {
+    let text = serde_json::to_string_pretty(report)? + "\n";
+    std::fs::write(path, text).with_context(|| format!("{}: cannot write", path.display()))
 }
 
 #[cfg(test)]

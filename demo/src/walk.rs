@@ -85,16 +85,10 @@ impl Walk {
     }
 
     /// Records the tracing of frame `index` into [`gbuffer`](Self::gbuffer).
-    pub fn trace(
-        &self,
-        gpu: &Gpu,
-        encoder: &mut wgpu::CommandEncoder,
-        index: u32,
-        timestamps: Option<quell::Timestamps<'_>>,
-    ) {
+    pub fn trace(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, index: u32) {
         let WalkOptions { spp, seed, .. } = self.options;
         let settings = TraceSettings { spp, seed, frame: index, ..TraceSettings::default() };
-        self.tracer.encode_timed(gpu, encoder, &self.view(index), &settings, &self.gbuffer, timestamps);
+        self.tracer.encode(gpu, encoder, &self.view(index), &settings, &self.gbuffer);
     }
 
     /// Frame `index` traced with `spp` samples per pixel. Waits for the GPU; `progress` hears of samples as they are done.

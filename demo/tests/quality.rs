@@ -30,7 +30,7 @@ fn quell_beats_accumulation_on_a_traced_walk() {
         .map(|method| MethodRunner::new(&gpu, method, 160, 90).unwrap());
     for i in 0..FRAMES {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        walk.trace(&gpu, &mut encoder, i, None);
+        walk.trace(&gpu, &mut encoder, i);
         let frame = MethodFrame::new(walk.gbuffer(), walk.view(i).camera, i == 0, &settings);
         for runner in &mut runners {
             runner.encode(&gpu, &mut encoder, &frame).unwrap();

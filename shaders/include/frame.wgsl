@@ -76,6 +76,8 @@ fn project(view: View, position: vec3<f32>) -> vec3<f32> {
     return vec3(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y, -p.z);
 }
 
+const LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // ITU-R BT.709
+
 fn luminance(colour: vec3<f32>) -> f32 {
-    return dot(colour, vec3(0.2126, 0.7152, 0.0722)); // ITU-R BT.709
+    return dot(colour, LUMINANCE);
 }
