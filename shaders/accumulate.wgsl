@@ -1,21 +1,23 @@
-// accumulate: the weighted temporal sample. This frame's sample joins the history of its surface.
+// accumulate: the weighted temporal sample. This frame's sample joins the history of its surface, which is relit first.
 //
-// Reads   signal, guide; reprojected history and noise.
+// Reads   signal, guide; reprojected history and noise; innovations.
 // Writes  history: temporal mean of demodulated radiance, effective sample count in w
 //         noise: variance of one sample's luminance, and a deviation with the variance of the temporal mean
 // Source  incremental weighted mean and variance: West, "Updating mean and variance estimates", CACM 1979; spatial
 //         fall-back for short histories: Schied et al. 2017, section 4.2; deviations with flipped signs: the wild bootstrap,
-//         Wu, "Jackknife, Bootstrap and Other Resampling Methods in Regression Analysis", 1986
+//         Wu, "Jackknife, Bootstrap and Other Resampling Methods in Regression Analysis", 1986; truncated means: Bubeck,
+//         Cesa-Bianchi and Lugosi, "Bandits with Heavy Tail", 2013, section 2.1
 
-//!include frame numbers surface
+//!include frame numbers surface features innovations
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var signal: texture_2d<f32>;
 @group(0) @binding(2) var guide: texture_2d<u32>;
 @group(0) @binding(3) var reprojected: texture_2d<f32>;
 @group(0) @binding(4) var reprojected_noise: texture_2d<f32>;
-@group(0) @binding(5) var history: texture_storage_2d<rgba16float, write>;
-@group(0) @binding(6) var noise: texture_storage_2d<rg32float, write>;
+@group(0) @binding(5) var<storage, read> innovations: array<f32>;
+@group(0) @binding(6) var history: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(7) var noise: texture_storage_2d<rg32float, write>;
 
 // Below this many samples a pixel's own variance means nothing, and its neighbours' spread is used.
 const LEAST_SAMPLES = 4.0;
@@ -26,9 +28,11 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= frame.size) {
         return;
     }
-    let sample = textureLoad(signal, id.xy, 0);
-    let old = textureLoad(reprojected, id.xy, 0);
-    let old_noise = textureLoad(reprojected_noise, id.xy, 0).xy;
+    var sample = textureLoad(signal, id.xy, 0);
+    let relit = relight(id.xy);
+    let old = relit.history;
+    let old_noise = relit.noise;
+    sample = vec4(sample.rgb * min(1.0, relit.most / max(luminance(sample.rgb), 1e-30)), sample.w);
 
     // A pixel traced k times this frame enters with weight k; without samples the history stays as it is.
     let k = sample.w;
@@ -61,6 +65,83 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
     let deviation = alpha * innovation - (1.0 - alpha) * old_noise.y;
     textureStore(history, id.xy, vec4(dither_to_half(mean, id.xy, 2u * frame.index + 1u), count));
     textureStore(noise, id.xy, vec4(v, deviation, 0.0, 0.0));
+}
+
+// What the history is believed to be in this frame's light.
+struct Relit {
+    history: vec4<f32>,
+    noise: vec2<f32>,
+    most: f32, // luminance of a sample beyond which it is a firefly
+}
+
+const KALMAN_GAIN = 3.0; // how much less a history counts that was moved by a standard deviation of one sample
+const MOST_BRIGHTENING = 16.0; // of a history's noise: more is measured anew
+
+// Moves the history by the predicted change, blended between the four nearest regions' models.
+fn relight(pixel: vec2<u32>) -> Relit {
+    let old = textureLoad(reprojected, pixel, 0);
+    let old_noise = textureLoad(reprojected_noise, pixel, 0).xy;
+    var relit = Relit(old, old_noise, HALF_MAX);
+    let surface = unpack_surface(textureLoad(guide, pixel, 0));
+    if is_miss(surface) || old.w <= 0.0 || !has(frame, FLAG_INNOVATION) {
+        return relit;
+    }
+    let z = change_features(pixel, surface, luminance(old.rgb));
+    let place = (vec2<f32>(pixel) + 0.5) / f32(REGION) - 0.5;
+    let corner = vec2<i32>(floor(place));
+    let f = place - floor(place);
+    var sum = vec4(0.0);
+    var spread = 0.0;
+    for (var i = 0; i < 4; i++) {
+        let step = vec2(i & 1, i >> 1u);
+        let region = corner + step;
+        if any(region < vec2(0)) || any(region >= vec2<i32>(frame.regions)) {
+            continue;
+        }
+        let start = (u32(region.y) * frame.regions.x + u32(region.x)) * INNOVATION_STRIDE;
+        let samples = innovations[start + INNOVATION_SAMPLES];
+        if samples > 0.0 {
+            let sides = select(1.0 - f, f, step == vec2(1));
+            let weight = sides.x * sides.y;
+            sum += weight * vec4(predicted_change(start, z), 1.0);
+            spread += weight * sqrt(samples * innovations[start + INNOVATION_VARIANCE]);
+        }
+    }
+    if sum.w <= 0.0 {
+        return relit;
+    }
+    let moved = max(old.rgb + sum.rgb / sum.w, vec3(0.0));
+    let change = luminance(moved) - luminance(old.rgb);
+    let gain = clamp(luminance(moved) / max(luminance(old.rgb), 1e-6), 0.0, MOST_BRIGHTENING);
+    // Kalman: the more a sample would have moved the history, the less the history is worth.
+    let doubt = KALMAN_GAIN * old.w * change * change / max(old_noise.x, 1e-12);
+    relit.history = vec4(moved, old.w / (1.0 + doubt));
+    relit.noise = old_noise * vec2(gain * gain, gain);
+    relit.most = luminance(moved) + frame.firefly_limit * spread / sum.w;
+    return relit;
+}
+
+fn change_features(pixel: vec2<u32>, surface: Surface, history_luminance: f32) -> array<f32, FEATURES> {
+    let own = surface_features(surface, position_of(frame, frame.current, vec2<f32>(pixel), surface.depth));
+    var z: array<f32, FEATURES>;
+    for (var i = 0u; i < SURFACE_FEATURES; i++) {
+        z[i] = own[i];
+    }
+    z[SURFACE_FEATURES] = history_luminance;
+    return z;
+}
+
+fn predicted_change(start: u32, z: array<f32, FEATURES>) -> vec3<f32> {
+    var change = innovation_vector(start + INNOVATION_MEAN + FEATURES);
+    for (var i = 0u; i < FEATURES; i++) {
+        change += (z[i] - innovations[start + INNOVATION_MEAN + i])
+            * innovation_vector(start + INNOVATION_SLOPE + i * CHANNELS);
+    }
+    return change;
+}
+
+fn innovation_vector(at: u32) -> vec3<f32> {
+    return vec3(innovations[at], innovations[at + 1u], innovations[at + 2u]);
 }
 
 struct Spread {

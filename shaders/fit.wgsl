@@ -1,182 +1,244 @@
-// fit: one linear model per centre, from the moments of the tiles in its window.
+// fit: one linear model per listed centre, with the window that its own error chooses.
 //
-// Reads   tile_means, tile_squares_low, tile_squares_high.
-// Writes  models (layout: include/features)
-// Source  Moon et al. 2015, section 4, with the recursion over pixels replaced by the equal sum of tile moments; merging
-//         moments about different means: Chan, Golub and LeVeque 1979
+// Windows are nested: 1, 3, 5, 7 tiles wide. Each ring of tiles first tests the model of the window inside it, then joins.
+//
+// Reads   tile_means, tile_squares_low, tile_squares_high; centre_list, levels.
+// Writes  models, windows, coverage (layout: include/models)
+// Source  Moon et al. 2015, section 4, with the recursion over pixels replaced by the equal sum of tile moments; Mallows,
+//         "Some Comments on Cp", Technometrics 1973
 
-//!include frame numbers surface features ridge
+//!include frame numbers surface features models window ridge
 
 @group(0) @binding(0) var<uniform> frame: Frame;
-@group(0) @binding(1) var<storage, read> tile_means: array<f32>;
-@group(0) @binding(2) var<storage, read> tile_squares_low: array<f32>;
-@group(0) @binding(3) var<storage, read> tile_squares_high: array<f32>;
-@group(0) @binding(4) var<storage, read_write> models: array<f32>;
+@group(0) @binding(1) var<uniform> level: vec4<u32>; // its number in x
+@group(0) @binding(2) var<storage, read> tile_means: array<f32>;
+@group(0) @binding(3) var<storage, read> tile_squares_low: array<f32>;
+@group(0) @binding(4) var<storage, read> tile_squares_high: array<f32>;
+@group(0) @binding(5) var<storage, read> centre_list: array<u32>;
+@group(0) @binding(6) var<storage, read> levels: array<u32>;
+@group(0) @binding(7) var<storage, read_write> models: array<f32>;
+@group(0) @binding(8) var<storage, read_write> windows: array<u32>;
+@group(0) @binding(9) var<storage, read_write> coverage: array<atomic<u32>>;
 
-const MAX_WINDOW_TILES = 49u; // 7x7
+const WINDOW_TILES = 49u;
 
-var<workgroup> window: array<array<f32, TILE_STRIDE>, MAX_WINDOW_TILES>; // weights already by variance
-var<workgroup> window_tiles: array<u32, MAX_WINDOW_TILES>;
-var<workgroup> means: array<f32, COLUMNS>;
+// Of the window so far, and of the ring about it: weight, noises and columns about the origin; squares about the origin.
+var<workgroup> sums: array<f32, TILE_STRIDE>;
+var<workgroup> squares: array<f32, SQUARES>;
+var<workgroup> ring_sums: array<f32, TILE_STRIDE>;
+var<workgroup> ring_squares: array<f32, SQUARES>;
+// The model's error in luminance, as a linear form of the columns about the window's mean.
+var<workgroup> form: array<f32, COLUMNS>;
+var<workgroup> partial: array<f32, RIDGE_LANES>;
+var<workgroup> reduced: f32;
 
-// How much more a noiseless tile may count than the window's average one: a variance from few samples may be 0 by luck.
-const VARIANCE_FLOOR = 0.1;
 // Variance of one sample over its squared mean that is believed; more comes of windows that are all but black.
 const MOST_NOISE = 1e3;
 
 @compute @workgroup_size(64)
-fn fit(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let side = 2u * frame.window_radius + 1u;
-    let tile_count = side * side;
-    load_tile(centre.xy, side, lane);
+fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let listed = group.y * LEVEL_COLUMNS + group.x;
+    if listed >= levels[level.x * LEVEL_WORDS + LEVEL_COUNT] {
+        return;
+    }
+    let centre = centre_list[listed];
+    let place = vec2(centre % frame.tiles.x, centre / frame.tiles.x);
+    load_window(place, frame.tiles, window_count(frame.widest_window), lane);
+
+    var error = 0.0;  // of the models on the rings about them
+    var tested = 0.0; // weight of these rings
+    var least = 1e38;
+    var chosen = 0u;
+    for (var radius = 0u; radius <= frame.widest_window; radius++) {
+        sum_ring(radius, lane);
+        workgroupBarrier();
+        if radius > 0u {
+            error += ring_error(lane);
+            tested += ring_sums[TILE_WEIGHT];
+        }
+        join_ring(radius, lane);
+        workgroupBarrier();
+        solve(radius, lane);
+        let residual = form_square(lane);
+        // The innermost window has as many pixels as unknowns, or nearly: it only lends its model to the first test.
+        var risk = 1e38;
+        if radius >= frame.least_window {
+            if has(frame, FLAG_MALLOWS) {
+                risk = mallows_cp(residual, radius);
+            } else {
+                risk = error / max(tested, 1e-30);
+            }
+        }
+        if risk < least {
+            least = risk;
+            chosen = radius;
+            write_model(centre * MODEL_STRIDE, residual, risk, lane);
+        }
+        workgroupBarrier();
+    }
+    if lane == 0u {
+        windows[centre] = chosen;
+    }
+    if lane < window_count(chosen) {
+        cover(place, chosen, lane);
+    }
+}
+
+fn sum_ring(radius: u32, lane: u32) {
+    let begin = select(0u, window_count(max(radius, 1u) - 1u), radius > 0u);
+    let end = window_count(radius);
+    for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
+        ring_squares[entry] = window_square(entry, begin, end);
+    }
+    if lane < TILE_STRIDE {
+        ring_sums[lane] = window_moment(lane, begin, end);
+    }
+}
+
+// Squared error, summed over the ring, of the model that knows the window inside it only: exactly what predicting pixel by
+// pixel would find. The error is a linear form of the columns, so its square needs first and second moments only.
+fn ring_error(lane: u32) -> f32 {
+    var sum = 0.0;
+    for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
+        let ij = square_entry(entry);
+        sum += select(2.0, 1.0, ij.x == ij.y) * form[ij.x] * form[ij.y] * ring_squares[entry];
+    }
+    partial[lane] = sum;
     workgroupBarrier();
-    // Of one sample, over the window.
-    let variance = window_mean(TILE_VARIANCE, window_weight(tile_count), tile_count);
-    workgroupBarrier(); // all have read the weights that are now replaced
-    weigh_tile(variance, tile_count, lane);
-    workgroupBarrier();
-    let weight = window_weight(tile_count);
-    if lane < COLUMNS {
-        means[lane] = window_mean(TILE_MEAN + lane, weight, tile_count);
+    if lane == 0u {
+        var total = 0.0;
+        for (var i = 0u; i < RIDGE_LANES; i++) {
+            total += partial[i];
+        }
+        var ring = 0.0;
+        var mean = 0.0;
+        for (var i = 0u; i < COLUMNS; i++) {
+            ring += form[i] * ring_sums[TILE_MEAN + i];
+            mean += form[i] * sums[TILE_MEAN + i];
+        }
+        mean /= max(sums[TILE_WEIGHT], 1e-30);
+        reduced = max(total + mean * (ring_sums[TILE_WEIGHT] * mean - 2.0 * ring), 0.0);
     }
     workgroupBarrier();
+    return reduced;
+}
+
+fn join_ring(radius: u32, lane: u32) {
     for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
-        ridge_squares[entry] = window_square(entry, tile_count);
+        squares[entry] = select(squares[entry], 0.0, radius == 0u) + ring_squares[entry];
+    }
+    if lane < TILE_STRIDE {
+        sums[lane] = select(sums[lane], 0.0, radius == 0u) + ring_sums[lane];
+    }
+}
+
+// Fits the window so far.
+fn solve(radius: u32, lane: u32) {
+    // An empty window solves a harmless system instead of leaving uniform control flow.
+    let weight = select(1.0, sums[TILE_WEIGHT], sums[TILE_WEIGHT] > 0.0);
+    for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
+        let ij = square_entry(entry);
+        ridge_squares[entry] = squares[entry] - sums[TILE_MEAN + ij.x] * sums[TILE_MEAN + ij.y] / weight;
     }
     if lane < FEATURES {
-        let distance = length(vec3(means[3], means[4], means[5]));
-        ridge_floors[lane] = feature_floor(lane, distance);
+        let depth = length(vec3(column_mean(3u), column_mean(4u), column_mean(5u)));
+        let own = lane >= SURFACE_FEATURES;
+        ridge_floors[lane] = select(feature_floor(lane, depth), 0.5, own);
         // Noise of one sample over the prior's variance, that of a slope of the mean colour per unit.
-        let unit = feature_unit(lane, distance, window_reach(frame));
-        ridge_priors[lane] = relative_noise(variance) * unit * unit;
+        let unit = select(feature_unit(lane, depth), window_reach(radius), own);
+        ridge_priors[lane] = relative_noise() * unit * unit;
     }
     workgroupBarrier();
-    // An empty window solves a harmless system instead of leaving uniform control flow.
-    ridge_solve(select(1.0, weight, weight > 0.0), lane);
-    let start = (centre.y * frame.centres.x + centre.x) * MODEL_STRIDE;
-    if lane == 0u {
-        let found = window_mean(TILE_FOUND, weight, tile_count);
-        let expected = window_mean(TILE_EXPECTED, weight, tile_count);
-        models[start + MODEL_WEIGHT] = weight;
-        models[start + MODEL_NOISE_GAIN] = noise_gain(found, expected);
-        models[start + MODEL_RELATIVE_NOISE] = relative_noise(variance);
-        models[start + MODEL_TRUST] = trust(found * weight);
+    ridge_solve(weight, lane);
+    if lane < FEATURES {
+        let slopes = ridge_slopes[lane];
+        form[lane] = -dot(LUMINANCE, vec3(slopes[0], slopes[1], slopes[2]));
+    } else if lane < COLUMNS {
+        form[lane] = LUMINANCE[lane - FEATURES];
     }
-    write_coefficients(start, lane);
+    workgroupBarrier();
 }
 
-// Tiles outside the frame stay, with weight 0, so that all windows have one shape.
-fn load_tile(centre: vec2<u32>, side: u32, lane: u32) {
-    if lane >= side * side {
-        return;
-    }
-    let tile = vec2<i32>(centre * CENTRE_STRIDE) + vec2<i32>(vec2(lane % side, lane / side))
-        - vec2(i32(frame.window_radius));
-    if any(tile < vec2(0)) || any(tile >= vec2<i32>(frame.tiles)) {
-        window_tiles[lane] = 0u;
-        for (var i = 0u; i < TILE_STRIDE; i++) {
-            window[lane][i] = 0.0;
-        }
-        return;
-    }
-    let index = u32(tile.y) * frame.tiles.x + u32(tile.x);
-    window_tiles[lane] = index;
-    for (var i = 0u; i < TILE_STRIDE; i++) {
-        window[lane][i] = tile_means[index * TILE_STRIDE + i];
-    }
+fn column_mean(column: u32) -> f32 {
+    return origin[column] + sums[TILE_MEAN + column] / max(sums[TILE_WEIGHT], 1e-30);
 }
 
-// Inverse-variance weighting by tiles; the variance slot then holds the factor.
-fn weigh_tile(variance: f32, tile_count: u32, lane: u32) {
-    if lane < tile_count {
-        let noise = window[lane][TILE_VARIANCE] / max(variance, 1e-30);
-        let factor = (1.0 + VARIANCE_FLOOR) / (noise + VARIANCE_FLOOR);
-        window[lane][TILE_VARIANCE] = factor;
-        window[lane][TILE_WEIGHT] *= factor;
-    }
+fn noise_mean(entry: u32) -> f32 {
+    return sums[entry] / max(sums[TILE_WEIGHT], 1e-30);
 }
 
-fn window_weight(tile_count: u32) -> f32 {
-    var weight = 0.0;
-    for (var t = 0u; t < tile_count; t++) {
-        weight += window[t][TILE_WEIGHT];
-    }
-    return weight;
-}
-
-// Weighted mean of one of the tiles' entries.
-fn window_mean(entry: u32, weight: f32, tile_count: u32) -> f32 {
+// Squared error of the fit on its own window.
+fn form_square(lane: u32) -> f32 {
     var sum = 0.0;
-    for (var t = 0u; t < tile_count; t++) {
-        sum += window[t][TILE_WEIGHT] * window[t][entry];
+    for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
+        let ij = square_entry(entry);
+        sum += select(2.0, 1.0, ij.x == ij.y) * form[ij.x] * form[ij.y] * ridge_squares[entry];
     }
-    return select(0.0, sum / weight, weight > 0.0);
+    partial[lane] = sum;
+    workgroupBarrier();
+    var total = 0.0;
+    for (var i = 0u; i < RIDGE_LANES; i++) {
+        total += partial[i];
+    }
+    return max(total, 0.0);
+}
+
+// Mean squared error on the window, with what fitting has made it too small by.
+fn mallows_cp(residual: f32, radius: u32) -> f32 {
+    var pixels = 0.0;
+    for (var t = 0u; t < window_count(radius); t++) {
+        pixels += select(0.0, f32(TILE * TILE), window[t][TILE_WEIGHT] > 0.0);
+    }
+    let parameters = f32(FEATURES + 1u);
+    return residual / max(sums[TILE_WEIGHT], 1e-30)
+        + 2.0 * parameters * noise_mean(TILE_FOUND) / max(pixels, 1.0);
 }
 
 // Variance of one sample over its squared mean.
-fn relative_noise(variance: f32) -> f32 {
-    let colour = luminance(vec3(means[FEATURES], means[FEATURES + 1u], means[FEATURES + 2u]));
-    return min(variance / max(colour * colour, 1e-12), MOST_NOISE);
+fn relative_noise() -> f32 {
+    let colour = luminance(vec3(column_mean(FEATURES), column_mean(FEATURES + 1u), column_mean(FEATURES + 2u)));
+    return min(noise_mean(TILE_VARIANCE) / max(colour * colour, 1e-12), MOST_NOISE);
 }
 
 // How much less the temporal means vary than as many independent samples would: resampling averages over neighbours, and
 // an exponential mean of length n over more than n samples.
-fn noise_gain(found: f32, expected: f32) -> f32 {
-    return select(1.0, clamp(found / expected, 0.0, 1.0), expected > 0.0);
+fn noise_gain() -> f32 {
+    let expected = noise_mean(TILE_EXPECTED);
+    return select(1.0, clamp(noise_mean(TILE_FOUND) / expected, 0.0, 1.0), expected > 0.0);
 }
 
 const LEAST_TRUST = 1e-4; // where all models are bad, they still are compared
 
 // Squared ratio of the temporal means' noise and the model's residual: 1 where it explains all but noise, less where an edge
 // that no feature knows runs through the window. So pixels beside the edge are predicted by the models on their side.
-fn trust(noise: f32) -> f32 {
-    var residual = 0.0;
-    for (var c = 0u; c < CHANNELS; c++) {
-        for (var d = 0u; d < CHANNELS; d++) {
-            residual += LUMINANCE[c] * LUMINANCE[d]
-                * ridge_squares[square_index(FEATURES + min(c, d), FEATURES + max(c, d))];
-        }
-    }
-    for (var i = 0u; i < FEATURES; i++) {
-        var slope = 0.0;
-        var product = 0.0;
-        for (var c = 0u; c < CHANNELS; c++) {
-            slope += LUMINANCE[c] * ridge_slopes[i][c];
-            product += LUMINANCE[c] * ridge_squares[square_index(i, FEATURES + c)];
-        }
-        residual -= slope * product;
-    }
+fn trust(residual: f32) -> f32 {
+    let noise = sums[TILE_FOUND];
     let fit = clamp(noise / max(residual, 1e-20), LEAST_TRUST, 1.0);
     return fit * fit;
 }
 
-// Squares of the window about its mean: those of its tiles about theirs, plus those of the tiles' means.
-fn window_square(entry: u32, tile_count: u32) -> f32 {
-    let ij = square_entry(entry);
-    var sum = 0.0;
-    for (var t = 0u; t < tile_count; t++) {
-        if window[t][TILE_WEIGHT] > 0.0 {
-            let di = window[t][TILE_MEAN + ij.x] - means[ij.x];
-            let dj = window[t][TILE_MEAN + ij.y] - means[ij.y];
-            sum += window[t][TILE_VARIANCE] * tile_square(window_tiles[t], entry)
-                + window[t][TILE_WEIGHT] * di * dj;
-        }
+fn write_model(start: u32, residual: f32, risk: f32, lane: u32) {
+    if lane == 0u {
+        models[start + MODEL_WEIGHT] = sums[TILE_WEIGHT];
+        models[start + MODEL_NOISE_GAIN] = noise_gain();
+        models[start + MODEL_RELATIVE_NOISE] = relative_noise();
+        models[start + MODEL_TRUST] = trust(residual);
+        models[start + MODEL_ERROR] = max(risk - noise_mean(TILE_FOUND), 0.0);
     }
-    return sum;
-}
-
-fn tile_square(tile: u32, entry: u32) -> f32 {
-    if entry < HALF_SQUARES {
-        return tile_squares_low[tile * HALF_SQUARES + entry];
-    }
-    return tile_squares_high[tile * HALF_SQUARES + entry - HALF_SQUARES];
-}
-
-fn write_coefficients(start: u32, lane: u32) {
     if lane < COLUMNS {
-        models[start + MODEL_MEAN + lane] = means[lane];
+        models[start + MODEL_MEAN + lane] = column_mean(lane);
     }
     if lane < FEATURES * CHANNELS {
         models[start + MODEL_SLOPE + lane] = ridge_slopes[lane / CHANNELS][lane % CHANNELS];
+    }
+}
+
+// Adds the model's tent to the coverage of one of its tiles.
+fn cover(place: vec2<u32>, radius: u32, member: u32) {
+    let offset = window_offset(member);
+    let tile = vec2<i32>(place) + offset;
+    if all(tile >= vec2(0)) && all(tile < vec2<i32>(frame.tiles)) {
+        let share = tent(vec2<f32>(offset) * f32(TILE), radius);
+        atomicAdd(&coverage[u32(tile.y) * frame.tiles.x + u32(tile.x)], u32(share * f32(COVERAGE_ONE)));
     }
 }

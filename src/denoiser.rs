@@ -1,18 +1,21 @@
 //! The denoiser: owns passes, history and scratch. [`Denoiser::encode`] is the frame, top to bottom.
 
-use crate::gpu::{FrameUniforms, Recorder, buffer, flags, image};
+use crate::gpu::{FrameUniforms, Recorder, buffer, flags, image, words};
 use crate::history::History;
+use crate::layout::{GridSizes, LEVEL_WORDS, LEVELS};
 use crate::passes::{
-    Pipelines, accumulate::AccumulateViews, compose::ComposeViews, debug_view::DebugViewViews, fit::FitViews,
-    moments::MomentsViews, predict::PredictViews, prepare::PrepareViews, reproject::ReprojectViews,
+    Pipelines, accumulate::AccumulateViews, change::ChangeViews, compose::ComposeViews,
+    debug_view::DebugViewViews, fit::FitViews, innovation::InnovationViews, moments::MomentsViews,
+    predict::PredictViews, prepare::PrepareViews, reproject::ReprojectViews,
 };
+use crate::statistics::StatisticsReader;
 use crate::{
     Camera, CreateError, DenoiserDescriptor, FrameError, FrameInputs, FrameOutputs, HistoryMode, Settings,
-    layout,
+    Statistics, Windows, layout,
 };
 use bytemuck::Zeroable;
 use std::sync::Arc;
-use wgpu::{Buffer, TextureFormat, TextureView};
+use wgpu::{Buffer, BufferUsages, TextureFormat, TextureView};
 
 /// Denoises what one camera sees at one render size. Owns history and scratch; the caller owns every input, the output
 /// and the encoder.
@@ -25,6 +28,7 @@ pub struct Denoiser {
     /// Camera of the last recorded frame; none before the first.
     previous_camera: Option<Camera>,
     frames: u32,
+    statistics: StatisticsReader,
 }
 
 /// What lives for one frame only.
@@ -35,13 +39,27 @@ struct Scratch {
     reprojected_noise: TextureView,
     prediction: TextureView,
     mix_weight: TextureView,
-    tile_means: Buffer,
-    tile_squares_low: Buffer,
-    tile_squares_high: Buffer,
+    regions: Moments,
+    innovations: Buffer,
+    tiles: Moments,
     models: Buffer,
+    /// Radius of each tile's model's window; 0 for no model.
+    windows: Buffer,
+    coverage: Buffer,
+    centre_list: Buffer,
+    /// Per level: arguments of an indirect dispatch, number of models.
+    levels: Buffer,
     /// Stand in for optional inputs that did not come.
     no_float: TextureView,
     no_uint: TextureView,
+}
+
+/// Moments of a grid of tiles or regions.
+#[derive(Debug)]
+struct Moments {
+    means: Buffer,
+    squares_low: Buffer,
+    squares_high: Buffer,
 }
 
 impl Denoiser {
@@ -73,6 +91,7 @@ impl Denoiser {
             scratch: Scratch::new(device, size),
             previous_camera: None,
             frames: 0,
+            statistics: StatisticsReader::default(),
         })
     }
 
@@ -84,6 +103,12 @@ impl Denoiser {
     /// Render size in pixels: width, height.
     pub fn size(&self) -> [u32; 2] {
         self.size
+    }
+
+    /// What the newest frame came to of which the GPU's answer has arrived: some frames old, none before the first.
+    /// Never blocks. Answers arrive while the caller submits or polls the device.
+    pub fn statistics(&mut self) -> Option<Statistics> {
+        self.statistics.latest()
     }
 
     /// Changes the render size. History is dropped; the next frame starts without.
@@ -123,19 +148,25 @@ impl Denoiser {
             mapped_at_creation: false,
         });
         queue.write_buffer(&frame, 0, bytemuck::bytes_of(&uniforms));
+        let Scratch { windows, coverage, levels, .. } = &self.scratch;
+        for buffer in [windows, coverage, levels] {
+            encoder.clear_buffer(buffer, 0, None);
+        }
         self.record(&mut Recorder { device, encoder, frame: &frame, timestamps: inputs.timestamps }, inputs);
+
+        self.statistics.record(device, encoder, &self.scratch.levels, self.frames);
 
         self.history.swap();
         self.previous_camera = Some(inputs.camera);
         self.frames = self.frames.wrapping_add(1);
-        let [columns, rows] = uniforms.centres;
-        Ok(FrameOutputs { models: columns * rows, restarted: previous.is_none() })
+        Ok(FrameOutputs { restarted: previous.is_none() })
     }
 
     /// The frame, pass by pass.
     fn record(&self, recorder: &mut Recorder<'_>, inputs: &FrameInputs<'_>) {
         let Scratch { signal, reprojected, reprojected_noise, prediction, mix_weight, .. } = &self.scratch;
-        let Scratch { tile_means, tile_squares_low, tile_squares_high, models, .. } = &self.scratch;
+        let Scratch { regions, innovations, tiles, models, windows, coverage, centre_list, levels, .. } =
+            &self.scratch;
         let (current, previous) = (self.history.current(), self.history.previous());
         let (guide, history, noise) = (&current.guide, &current.mean, &current.noise);
         let FrameInputs { radiance, albedo, normal_roughness, depth, motion, output, .. } = *inputs;
@@ -172,24 +203,63 @@ impl Denoiser {
             },
             self.size,
         );
+        passes.change.record(
+            recorder,
+            &ChangeViews {
+                signal,
+                guide,
+                reprojected,
+                reprojected_noise,
+                tile_means: &regions.means,
+                tile_squares_low: &regions.squares_low,
+                tile_squares_high: &regions.squares_high,
+            },
+            self.size,
+        );
+        passes.innovation.record(
+            recorder,
+            &InnovationViews {
+                tile_means: &regions.means,
+                tile_squares_low: &regions.squares_low,
+                tile_squares_high: &regions.squares_high,
+                innovations,
+            },
+            layout::regions(self.size),
+        );
         passes.accumulate.record(
             recorder,
-            &AccumulateViews { signal, guide, reprojected, reprojected_noise, history, noise },
+            &AccumulateViews { signal, guide, reprojected, reprojected_noise, innovations, history, noise },
             self.size,
         );
         passes.moments.record(
             recorder,
-            &MomentsViews { guide, history, noise, tile_means, tile_squares_low, tile_squares_high },
+            &MomentsViews {
+                guide,
+                history,
+                noise,
+                tile_means: &tiles.means,
+                tile_squares_low: &tiles.squares_low,
+                tile_squares_high: &tiles.squares_high,
+            },
             self.size,
         );
         passes.fit.record(
             recorder,
-            &FitViews { tile_means, tile_squares_low, tile_squares_high, models },
-            layout::centres(self.size),
+            &FitViews {
+                tile_means: &tiles.means,
+                tile_squares_low: &tiles.squares_low,
+                tile_squares_high: &tiles.squares_high,
+                centre_list,
+                levels,
+                models,
+                windows,
+                coverage,
+            },
+            layout::tiles(self.size),
         );
         passes.predict.record(
             recorder,
-            &PredictViews { guide, history, noise, models, prediction },
+            &PredictViews { guide, history, noise, models, windows, prediction },
             self.size,
         );
         passes.compose.record(
@@ -228,9 +298,9 @@ impl Denoiser {
             far: settings.far,
             size: self.size,
             tiles: layout::tiles(self.size),
-            centres: layout::centres(self.size),
-            window_radius: settings.window_radius_tiles,
+            regions: layout::regions(self.size),
             index: self.frames,
+            firefly_limit: settings.firefly_limit,
             motion_scale: settings.motion_scale,
             max_history: settings.max_history,
             flags: flag(previous.is_some(), flags::HISTORY)
@@ -238,11 +308,14 @@ impl Denoiser {
                 | flag(inputs.emission.is_some(), flags::EMISSION)
                 | flag(inputs.sample_count.is_some(), flags::SAMPLE_COUNT)
                 | flag(motion_depth, flags::MOTION_DEPTH)
-                | flag(settings.mix_temporal_mean, flags::MIX),
+                | flag(settings.mix_temporal_mean, flags::MIX)
+                | flag(settings.innovation, flags::INNOVATION)
+                | flag(settings.windows == Windows::MallowsCp, flags::MALLOWS),
             debug_view: inputs.debug.map_or(0, |(view, _)| view as u32),
             ..FrameUniforms::zeroed()
         };
         uniforms.set_cameras(&inputs.camera, &previous.unwrap_or(inputs.camera));
+        uniforms.set_windows(settings.windows, settings.centres);
         uniforms
     }
 }
@@ -251,19 +324,40 @@ impl Scratch {
     fn new(device: &wgpu::Device, size: [u32; 2]) -> Self {
         let float = TextureFormat::R32Float;
         let half_rgba = TextureFormat::Rgba16Float;
-        let buffers = layout::BufferSizes::of(size);
+        let tile_count = layout::count(layout::tiles(size));
+        let tiles = GridSizes::of(layout::MODELS, tile_count);
+        let regions = GridSizes::of(layout::INNOVATIONS, layout::count(layout::regions(size)));
         Self {
             signal: image(device, "quell signal", size, half_rgba),
             reprojected: image(device, "quell reprojected", size, half_rgba),
             reprojected_noise: image(device, "quell reprojected noise", size, TextureFormat::Rg32Float),
             prediction: image(device, "quell prediction", size, half_rgba),
             mix_weight: image(device, "quell mix weight", size, float),
-            tile_means: buffer(device, "quell tile means", buffers.tile_means),
-            tile_squares_low: buffer(device, "quell tile squares low", buffers.tile_squares_half),
-            tile_squares_high: buffer(device, "quell tile squares high", buffers.tile_squares_half),
-            models: buffer(device, "quell models", buffers.models),
+            regions: Moments::new(device, "quell region", regions),
+            innovations: buffer(device, "quell innovations", regions.models),
+            tiles: Moments::new(device, "quell tile", tiles),
+            models: buffer(device, "quell models", tiles.models),
+            windows: words(device, "quell windows", tile_count, BufferUsages::COPY_DST),
+            coverage: words(device, "quell coverage", tile_count, BufferUsages::COPY_DST),
+            centre_list: buffer(device, "quell centre list", tile_count),
+            levels: words(
+                device,
+                "quell levels",
+                u64::from(LEVEL_WORDS) * LEVELS as u64,
+                BufferUsages::INDIRECT | BufferUsages::COPY_DST | BufferUsages::COPY_SRC,
+            ),
             no_float: image(device, "quell no image", [1, 1], float),
             no_uint: image(device, "quell no image", [1, 1], TextureFormat::R32Uint),
+        }
+    }
+}
+
+impl Moments {
+    fn new(device: &wgpu::Device, of: &str, sizes: GridSizes) -> Self {
+        Self {
+            means: buffer(device, &format!("{of} means"), sizes.means),
+            squares_low: buffer(device, &format!("{of} squares low"), sizes.half_squares),
+            squares_high: buffer(device, &format!("{of} squares high"), sizes.half_squares),
         }
     }
 }

@@ -119,8 +119,6 @@ pub struct FrameInputs<'a> {
 /// What a frame was recorded with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FrameOutputs {
-    /// Linear models that were fitted.
-    pub models: u32,
     /// Whether the frame started without history, by `HistoryMode::Restart` or because it is the first.
     pub restarted: bool,
 }

@@ -2,22 +2,58 @@
 
 use crate::{CreateError, DenoiserDescriptor};
 
-/// Features of a model, without the constant.
-pub const FEATURES: u32 = 10;
-/// Columns of a moment matrix: features and colour channels.
-pub const COLUMNS: u32 = FEATURES + 3;
-/// Entries of a moment matrix's upper triangle.
-pub const SQUARES: u32 = COLUMNS * (COLUMNS + 1) / 2;
-/// Entries in each of the two buffers that hold it.
-pub const HALF_SQUARES: u32 = SQUARES.div_ceil(2);
-/// Pixels on a side of a tile.
+/// Features of the surface; what fits models adds some of its own.
+pub const SURFACE_FEATURES: u32 = 9;
+/// Pixels on a side of a tile, the unit of the windows of prediction.
 pub const TILE: u32 = 4;
-/// Tiles between centres.
-pub const CENTRE_STRIDE: u32 = 2;
-/// Floats of a tile besides its squares.
-pub const TILE_STRIDE: u32 = 4 + COLUMNS;
-/// Floats of a model.
-pub const MODEL_STRIDE: u32 = 4 + COLUMNS + 3 * FEATURES;
+/// Pixels on a side of a region, the unit of the windows of the innovation.
+pub const REGION: u32 = 8;
+/// Levels of centres, coarse to fine.
+pub const LEVELS: usize = 4;
+/// Tiles between the centres of each level.
+pub const LEVEL_STRIDES: [u32; LEVELS] = [8, 4, 2, 1];
+/// Words of a level's indirect arguments and count.
+pub const LEVEL_WORDS: u32 = 4;
+/// Tiles on each side of the centre of the largest window.
+pub const WIDEST_WINDOW: u32 = 3;
+/// Coverage of a tile in the middle of one model.
+pub const COVERAGE_ONE: u32 = 256;
+/// What the sparse models are made of.
+pub const MODELS: Columns = Columns { features: SURFACE_FEATURES + 2, head: 5 };
+/// What the models of the innovation are made of.
+pub const INNOVATIONS: Columns = Columns { features: SURFACE_FEATURES + 1, head: 2 };
+
+/// Sizes that follow from the number of features, in floats.
+#[derive(Debug, Clone, Copy)]
+pub struct Columns {
+    /// Features of a model, without the constant.
+    pub features: u32,
+    /// Floats of a model before its means and slopes.
+    pub head: u32,
+}
+
+impl Columns {
+    /// Columns of a moment matrix: features and colour channels.
+    pub const fn columns(self) -> u32 {
+        self.features + 3
+    }
+    /// Entries of a moment matrix's upper triangle.
+    pub const fn squares(self) -> u32 {
+        self.columns() * (self.columns() + 1) / 2
+    }
+    /// Entries in each of the two buffers that hold it.
+    pub const fn half_squares(self) -> u32 {
+        self.squares().div_ceil(2)
+    }
+    /// Floats of a tile besides its squares.
+    pub const fn tile_stride(self) -> u32 {
+        4 + self.columns()
+    }
+    /// Floats of a model.
+    pub const fn model_stride(self) -> u32 {
+        self.head + self.columns() + 3 * self.features
+    }
+}
 
 /// Workgroup memory that the largest pass needs.
 pub const WORKGROUP_BYTES: u64 = 12 * 1024;
@@ -27,29 +63,34 @@ pub fn tiles(size: [u32; 2]) -> [u32; 2] {
     size.map(|side| side.div_ceil(TILE))
 }
 
-/// Model centres that cover `size` pixels.
-pub fn centres(size: [u32; 2]) -> [u32; 2] {
-    tiles(size).map(|side| side.div_ceil(CENTRE_STRIDE))
+/// Regions that cover `size` pixels.
+pub fn regions(size: [u32; 2]) -> [u32; 2] {
+    size.map(|side| side.div_ceil(REGION))
 }
 
-/// Sizes of the scratch buffers, in floats.
-pub struct BufferSizes {
-    /// Weights and means of tiles.
-    pub tile_means: u64,
-    /// One half of the tiles' squares.
-    pub tile_squares_half: u64,
-    /// Models.
+/// `[8, 4]` has 32.
+pub fn count([width, height]: [u32; 2]) -> u64 {
+    u64::from(width) * u64::from(height)
+}
+
+/// Sizes of moments and models of a grid of tiles or regions, in floats.
+#[derive(Debug, Clone, Copy)]
+pub struct GridSizes {
+    /// Weights, noises and means.
+    pub means: u64,
+    /// One half of the squares.
+    pub half_squares: u64,
+    /// Models, one per tile or region.
     pub models: u64,
 }
 
-impl BufferSizes {
-    /// Sizes for `size` pixels.
-    pub fn of(size: [u32; 2]) -> Self {
-        let count = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
+impl GridSizes {
+    /// Sizes for `count` tiles or regions.
+    pub fn of(columns: Columns, count: u64) -> Self {
         Self {
-            tile_means: count(tiles(size)) * u64::from(TILE_STRIDE),
-            tile_squares_half: count(tiles(size)) * u64::from(HALF_SQUARES),
-            models: count(centres(size)) * u64::from(MODEL_STRIDE),
+            means: count * u64::from(columns.tile_stride()),
+            half_squares: count * u64::from(columns.half_squares()),
+            models: count * u64::from(columns.model_stride()),
         }
     }
 }
@@ -61,8 +102,9 @@ pub(crate) fn check(device: &wgpu::Device, descriptor: &DenoiserDescriptor) -> R
         return Err(CreateError::EmptySize { width, height });
     }
     let limits = device.limits();
-    let buffers = BufferSizes::of([width, height]);
-    let largest = 4 * buffers.tile_means.max(buffers.tile_squares_half).max(buffers.models);
+    // Of the innovation's regions there are fewer, with fewer columns.
+    let tiles = GridSizes::of(MODELS, count(tiles([width, height])));
+    let largest = 4 * tiles.means.max(tiles.half_squares).max(tiles.models);
     let needs = [
         (
             "max_texture_dimension_2d",
@@ -71,7 +113,7 @@ pub(crate) fn check(device: &wgpu::Device, descriptor: &DenoiserDescriptor) -> R
         ),
         ("max_storage_buffer_binding_size", largest, limits.max_storage_buffer_binding_size),
         ("max_buffer_size", largest, limits.max_buffer_size),
-        ("max_storage_buffers_per_shader_stage", 4, u64::from(limits.max_storage_buffers_per_shader_stage)),
+        ("max_storage_buffers_per_shader_stage", 8, u64::from(limits.max_storage_buffers_per_shader_stage)),
         ("max_storage_textures_per_shader_stage", 2, u64::from(limits.max_storage_textures_per_shader_stage)),
         ("max_sampled_textures_per_shader_stage", 7, u64::from(limits.max_sampled_textures_per_shader_stage)),
         (

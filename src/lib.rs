@@ -90,17 +90,29 @@ pub mod layout;
 #[doc(hidden)]
 pub mod passes;
 mod settings;
+mod statistics;
 
 pub use denoiser::Denoiser;
 pub use descriptor::DenoiserDescriptor;
 pub use error::{CreateError, FrameError};
 pub use frame::{Camera, DebugView, FrameInputs, FrameOutputs, HistoryMode, Timestamps};
 pub use passes::Pipelines;
-pub use settings::Settings;
+pub use settings::{Centres, Settings, Windows};
+pub use statistics::Statistics;
 
 /// The passes of a frame in the order they run; also their labels and timestamp order.
-pub const PASSES: [&str; 8] =
-    ["prepare", "reproject", "accumulate", "moments", "fit", "predict", "compose", "debug_view"];
+pub const PASSES: [&str; 10] = [
+    "prepare",
+    "reproject",
+    "change",
+    "innovation",
+    "accumulate",
+    "moments",
+    "fit",
+    "predict",
+    "compose",
+    "debug_view",
+];
 
 /// Compiles the README's example.
 #[cfg(doctest)]

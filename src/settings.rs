@@ -2,6 +2,29 @@
 
 use crate::FrameError;
 
+/// How each model's window is chosen, among squares of 3, 5 and 7 tiles of 4 pixels about its centre.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Windows {
+    /// The one whose growth was predicted with the least error: each ring of tiles tests the model of the window inside it.
+    /// Moon et al. 2015, section 4.2.
+    #[default]
+    RingError,
+    /// The one with the least Mallows' Cp: the fit's own error and what fitting has made it too small by.
+    MallowsCp,
+    /// All windows reach this many tiles to each side of their centre; 1 to 3.
+    Fixed(u32),
+}
+
+/// Where models are placed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Centres {
+    /// Coarse to fine: at each level where no model of the levels before covers well.
+    #[default]
+    Adaptive,
+    /// At every so many tiles of 4 pixels in x and y: 1 (dense), 2 or 4; and where these leave a hole.
+    Uniform(u32),
+}
+
 /// Per-frame settings. `Settings::default()` is what the measurements in the README use.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
@@ -17,10 +40,19 @@ pub struct Settings {
     ///
     /// Higher keeps more detail and less noise; lower follows changes of the light sooner.
     pub max_history: f32,
-    /// Half the width of a prediction window, in tiles of 4 pixels; 1 to 3, default 2.
+    /// How the windows of the models are chosen (default: by ring error).
+    pub windows: Windows,
+    /// Where the models are placed (default: adaptively).
+    pub centres: Centres,
+    /// Whether the change of the light is predicted and history relit by it (default true).
     ///
-    /// A window is `2 r + 1` tiles wide: 12, 20 or 28 pixels. Higher smooths more, lower keeps more structure.
-    pub window_radius_tiles: u32,
+    /// Off, a light that was switched fades over `max_history` samples.
+    pub innovation: bool,
+    /// By how many standard errors of its neighbourhood's mean a single sample may move that mean, above 0; what is
+    /// beyond is cut as a firefly. Infinity cuts nothing.
+    ///
+    /// Lower removes more fireflies and darkens what only rare bright samples light.
+    pub firefly_limit: f32,
     /// Whether the output mixes the models' prediction with the temporal mean by estimated error (default true).
     ///
     /// Off shows the prediction alone: smoother, but what no feature explains (a shadow's edge) is blurred.
@@ -33,7 +65,10 @@ impl Default for Settings {
             motion_scale: [1.0, 1.0],
             far: f32::INFINITY,
             max_history: 32.0,
-            window_radius_tiles: 2,
+            windows: Windows::RingError,
+            centres: Centres::Adaptive,
+            innovation: true,
+            firefly_limit: f32::INFINITY,
             mix_temporal_mean: true,
         }
     }
@@ -53,8 +88,18 @@ impl Settings {
         if !(1.0..=1024.0).contains(&self.max_history) {
             return refuse("max_history", "1 to 1024", self.max_history);
         }
-        if !(1..=3).contains(&self.window_radius_tiles) {
-            return refuse("window_radius_tiles", "1 to 3", self.window_radius_tiles as f32);
+        if let Windows::Fixed(radius) = self.windows
+            && !(1..=3).contains(&radius)
+        {
+            return refuse("windows", "Fixed(1) to Fixed(3)", radius as f32);
+        }
+        if let Centres::Uniform(stride) = self.centres
+            && ![1, 2, 4].contains(&stride)
+        {
+            return refuse("centres", "Uniform(1), Uniform(2) or Uniform(4)", stride as f32);
+        }
+        if self.firefly_limit.is_nan() || self.firefly_limit <= 0.0 {
+            return refuse("firefly_limit", "a number above 0", self.firefly_limit);
         }
         Ok(())
     }

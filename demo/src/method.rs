@@ -96,6 +96,14 @@ impl MethodRunner {
         }
     }
 
+    /// Linear models of a recent frame, where the method has any; see [`Denoiser::statistics`].
+    pub fn models(&mut self) -> Option<u32> {
+        match &mut self.state {
+            State::Quell { denoiser, .. } => denoiser.statistics().map(|statistics| statistics.models()),
+            State::Accumulate(_) => None,
+        }
+    }
+
     /// Records the passes of one frame and returns [`output`](Self::output). Submit before the next call.
     pub fn encode(
         &mut self,

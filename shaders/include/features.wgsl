@@ -1,9 +1,11 @@
-// The features that the linear models predict from, and how their moments are laid out. This is the one table.
+// The features that the linear models predict from, and how their moments and models are laid out. This is the one table.
 //
 // Source: Moon et al., "Adaptive Rendering with Linear Predictions", SIGGRAPH 2015, section 4, with 1/albedo added: after
 // demodulation radiance = albedo E + S becomes E + S / albedo, linear in 1/albedo.
 
-const FEATURES = 10u;              // without the constant
+const SURFACE_FEATURES = 9u;
+// A pass that fits models says how many features of its own (OWN_FEATURES) follow those of the surface.
+const FEATURES = SURFACE_FEATURES + OWN_FEATURES; // without the constant
 const CHANNELS = 3u;
 const COLUMNS = FEATURES + CHANNELS;
 const SQUARES = COLUMNS * (COLUMNS + 1u) / 2u; // upper triangle, row by row
@@ -12,34 +14,28 @@ const SQUARES = COLUMNS * (COLUMNS + 1u) / 2u; // upper triangle, row by row
 //  3..5  world position relative to the eye
 //  6     1/albedo
 //  7     surface id, hashed: where a window holds two surfaces, each gets a level of its own
-//  8..9  pixel position
-fn features(pixel: vec2<u32>, s: Surface, position: vec3<f32>) -> array<f32, FEATURES> {
+//  8     roughness
+fn surface_features(s: Surface, position: vec3<f32>) -> array<f32, SURFACE_FEATURES> {
     return array(
         s.normal.x, s.normal.y, s.normal.z,
         position.x, position.y, position.z,
         s.inverse_albedo,
         f32(pcg(s.id)) * (2.0 / 4294967296.0) - 1.0,
-        f32(pixel.x), f32(pixel.y),
+        s.roughness,
     );
 }
 
 // The least standard deviation over a window that still counts as variation, per feature. `depth` is the window's.
 fn feature_floor(feature: u32, depth: f32) -> f32 {
-    if feature >= 3u && feature <= 5u {
-        return 0.02 * depth;
-    }
-    return select(0.05, 0.5, feature >= 8u);
+    return select(0.05, 0.02 * depth, feature >= 3u && feature <= 5u);
 }
 
-// The change of a feature over which colour may be expected to change by as much as it is. `reach` is half the window.
-fn feature_unit(feature: u32, depth: f32, reach: f32) -> f32 {
+// The change of a feature over which colour may be expected to change by as much as it is.
+fn feature_unit(feature: u32, depth: f32) -> f32 {
     if feature >= 3u && feature <= 5u {
         return 0.1 * depth;
     }
-    if feature == 7u {
-        return 0.3; // most pairs of hashed ids differ by more
-    }
-    return select(1.0, reach, feature >= 8u);
+    return select(1.0, 0.3, feature == 7u); // most pairs of hashed ids differ by more
 }
 
 // Place of row i, column j >= i in the triangle.
@@ -56,9 +52,9 @@ fn square_entry(index: u32) -> vec2<u32> {
     return vec2(row, COLUMNS - 1u - (from_end - k * (k + 1u) / 2u));
 }
 
-// A tile in memory: weight, pooled variance of one sample, the mean's variance as found by bootstrap and as expected of
-// independent samples, then means of the columns. Its squares, about those means, are in two halves, because a 3840x2160
-// frame's would not fit one binding.
+// A tile in memory: weight, pooled variance of one sample, the mean's variance as found by bootstrap, samples in the temporal
+// mean, then means of the columns. Its squares, about those means, are in two halves, because a 3840x2160 frame's would not
+// fit one binding.
 const TILE_WEIGHT = 0u;
 const TILE_VARIANCE = 1u;
 const TILE_FOUND = 2u;
@@ -66,13 +62,3 @@ const TILE_EXPECTED = 3u;
 const TILE_MEAN = 4u;
 const TILE_STRIDE = TILE_MEAN + COLUMNS;
 const HALF_SQUARES = (SQUARES + 1u) / 2u;
-
-// A model in memory: weight, noise gain (found over expected variance of the temporal means), relative noise (variance of one
-// sample over the squared mean), trust (1 where the model fits, less where it does not), means of the columns (its origin and its value there), slopes per feature and channel.
-const MODEL_WEIGHT = 0u;
-const MODEL_NOISE_GAIN = 1u;
-const MODEL_RELATIVE_NOISE = 2u;
-const MODEL_TRUST = 3u;
-const MODEL_MEAN = 4u;
-const MODEL_SLOPE = MODEL_MEAN + COLUMNS;
-const MODEL_STRIDE = MODEL_SLOPE + FEATURES * CHANNELS;

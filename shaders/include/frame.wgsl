@@ -20,16 +20,25 @@ struct Frame {
     far: f32,
     size: vec2<u32>,        // pixels
     tiles: vec2<u32>,       // of TILE x TILE pixels
-    centres: vec2<u32>,     // model centres, one per CENTRE_STRIDE tiles
-    window_radius: u32,     // tiles
-    index: u32,             // frames since creation, for dithering and alternation
+    regions: vec2<u32>,     // of REGION x REGION pixels
     motion_scale: vec2<f32>,
     max_history: f32,
     flags: u32,
+    index: u32,             // frames since creation, for dithering and alternation
     debug_view: u32,
+    least_window: u32,      // radius in tiles of the smallest and the largest window that a model may choose
+    widest_window: u32,
+    firefly_limit: f32,     // standard errors of a region's mean that one sample may move it by
+    pad_0: f32,
+    levels: array<Level, LEVELS>,
+}
+
+// A level of the placement of centres, coarse to fine.
+struct Level {
+    stride: u32,  // tiles between its centres; 0 leaves the level out
+    covered: u32, // coverage at which a tile needs no further model
     pad_0: u32,
     pad_1: u32,
-    pad_2: u32,
 }
 
 const FLAG_HISTORY = 1u;        // the previous frame's images are valid
@@ -38,17 +47,15 @@ const FLAG_EMISSION = 4u;
 const FLAG_SAMPLE_COUNT = 8u;
 const FLAG_MOTION_DEPTH = 16u;  // motion.z holds the change of depth
 const FLAG_MIX = 32u;           // mix the prediction with the temporal mean
+const FLAG_MALLOWS = 64u;       // windows by Mallows' Cp, not by the ring error
+const FLAG_INNOVATION = 128u;   // relight the history
 
-const TILE = 4u;          // pixels; the unit of which windows are made
-const CENTRE_STRIDE = 2u; // tiles between model centres
+const LEVELS = 4u;
+const TILE = 4u;   // pixels; the unit of which windows are made
+const REGION = 8u; // pixels; the unit of which the windows of the innovation are made
 
 fn has(frame: Frame, flag: u32) -> bool {
     return (frame.flags & flag) != 0u;
-}
-
-// Half the width of a prediction window, in pixels.
-fn window_reach(frame: Frame) -> f32 {
-    return (f32(frame.window_radius) + 0.5) * f32(TILE);
 }
 
 fn inside(pixel: vec2<i32>, frame: Frame) -> bool {

@@ -9,6 +9,8 @@ use wgpu::{BindingResource, BindingType, TextureFormat};
 pub enum Kind {
     /// The frame's uniforms; always binding 0.
     Frame,
+    /// Four words that differ between dispatches of a frame.
+    Uniform,
     /// A float image that is read by `textureLoad`.
     Texture,
     /// An unsigned image that is read by `textureLoad`.
@@ -87,22 +89,54 @@ impl Kernel {
         Self { descriptor, layout, pipeline }
     }
 
-    /// Records one dispatch over `extent` (in the units of [`KernelDescriptor::covers`]), with the resources of all
-    /// bindings after the frame's uniforms, in the order of the table.
+    /// Records a compute pass with one dispatch over `extent` (in the units of [`KernelDescriptor::covers`]), with the
+    /// resources of all bindings after the frame's uniforms, in the order of the table.
     pub fn record(&self, recorder: &mut Recorder<'_>, resources: &[BindingResource<'_>], extent: [u32; 2]) {
-        let name = Some(self.descriptor.name);
+        let group = self.bind(recorder, resources);
+        self.dispatch(&mut recorder.begin_pass(self.descriptor.name), &group, extent);
+    }
+
+    /// Binds the frame's uniforms, then `resources` in the order of the table.
+    pub fn bind(&self, recorder: &Recorder<'_>, resources: &[BindingResource<'_>]) -> wgpu::BindGroup {
         let frame = recorder.frame.as_entire_binding();
         let entries: Vec<_> = (0..)
             .zip(std::iter::once(frame).chain(resources.iter().cloned()))
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
             .collect();
-        let group = recorder.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: name,
+        recorder.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(self.descriptor.name),
             layout: &self.layout,
             entries: &entries,
-        });
-        let timestamp_writes = recorder.timestamps.map(|timestamps| {
-            let index = crate::PASSES.iter().position(|pass| *pass == self.descriptor.name);
+        })
+    }
+
+    /// One dispatch of a pass that has several.
+    pub fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, group: &wgpu::BindGroup, extent: [u32; 2]) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, group, &[]);
+        let [columns, rows] = self.descriptor.covers;
+        pass.dispatch_workgroups(extent[0].div_ceil(columns), extent[1].div_ceil(rows), 1);
+    }
+
+    /// As [`Kernel::dispatch`], with the number of workgroups at a place in a buffer that an earlier dispatch wrote.
+    pub fn dispatch_indirect(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        group: &wgpu::BindGroup,
+        workgroups: &wgpu::Buffer,
+        offset: u64,
+    ) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, group, &[]);
+        pass.dispatch_workgroups_indirect(workgroups, offset);
+    }
+}
+
+impl Recorder<'_> {
+    /// Begins the compute pass of one of [`PASSES`](crate::PASSES), timed where the caller wants it.
+    pub fn begin_pass(&mut self, name: &str) -> wgpu::ComputePass<'_> {
+        let timestamp_writes = self.timestamps.map(|timestamps| {
+            let index = crate::PASSES.iter().position(|pass| *pass == name);
             let first = timestamps.first_query + 2 * index.unwrap_or_default() as u32;
             wgpu::ComputePassTimestampWrites {
                 query_set: timestamps.query_set,
@@ -110,13 +144,7 @@ impl Kernel {
                 end_of_pass_write_index: Some(first + 1),
             }
         });
-        let mut pass = recorder
-            .encoder
-            .begin_compute_pass(&wgpu::ComputePassDescriptor { label: name, timestamp_writes });
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &group, &[]);
-        let [columns, rows] = self.descriptor.covers;
-        pass.dispatch_workgroups(extent[0].div_ceil(columns), extent[1].div_ceil(rows), 1);
+        self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(name), timestamp_writes })
     }
 }
 
@@ -128,7 +156,7 @@ fn entry(binding: u32, kind: Kind) -> wgpu::BindGroupLayoutEntry {
     };
     let buffer = |ty| BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
     let ty = match kind {
-        Kind::Frame => buffer(wgpu::BufferBindingType::Uniform),
+        Kind::Frame | Kind::Uniform => buffer(wgpu::BufferBindingType::Uniform),
         Kind::Texture => texture(wgpu::TextureSampleType::Float { filterable: false }),
         Kind::TextureUint => texture(wgpu::TextureSampleType::Uint),
         Kind::Storage(format) => BindingType::StorageTexture {

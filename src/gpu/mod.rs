@@ -6,6 +6,6 @@ mod shader;
 mod uniforms;
 
 pub use kernel::{Binding, Kernel, KernelDescriptor, Kind, Recorder};
-pub use resources::{buffer, image};
+pub use resources::{buffer, image, words};
 pub use shader::assemble;
-pub use uniforms::{FrameUniforms, ViewUniforms, flags};
+pub use uniforms::{FrameUniforms, LevelUniforms, ViewUniforms, flags};

@@ -20,12 +20,17 @@ pub fn image(
     texture.create_view(&wgpu::TextureViewDescriptor::default())
 }
 
-/// A storage buffer of `floats` f32.
-pub fn buffer(device: &wgpu::Device, label: &str, floats: u64) -> wgpu::Buffer {
+/// A storage buffer of `words` of 4 bytes, with further usages.
+pub fn words(device: &wgpu::Device, label: &str, words: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
     device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
-        size: floats * 4,
-        usage: wgpu::BufferUsages::STORAGE,
+        size: words * 4,
+        usage: wgpu::BufferUsages::STORAGE | usage,
         mapped_at_creation: false,
     })
+}
+
+/// A storage buffer that only passes touch.
+pub fn buffer(device: &wgpu::Device, label: &str, floats: u64) -> wgpu::Buffer {
+    words(device, label, floats, wgpu::BufferUsages::empty())
 }

@@ -1,11 +1,15 @@
 //! Joins a pass's WGSL with the includes that it names in `//!include a b c`.
 
-const INCLUDES: [(&str, &str); 6] = [
+const INCLUDES: [(&str, &str); 10] = [
     ("frame", include_str!("../../shaders/include/frame.wgsl")),
     ("numbers", include_str!("../../shaders/include/numbers.wgsl")),
     ("surface", include_str!("../../shaders/include/surface.wgsl")),
     ("demodulate", include_str!("../../shaders/include/demodulate.wgsl")),
     ("features", include_str!("../../shaders/include/features.wgsl")),
+    ("tile_moments", include_str!("../../shaders/include/tile_moments.wgsl")),
+    ("window", include_str!("../../shaders/include/window.wgsl")),
+    ("models", include_str!("../../shaders/include/models.wgsl")),
+    ("innovations", include_str!("../../shaders/include/innovations.wgsl")),
     ("ridge", include_str!("../../shaders/include/ridge.wgsl")),
 ];
 

@@ -1,6 +1,7 @@
 //! What every pass knows about the frame: the Rust side of `shaders/include/frame.wgsl`.
 
-use crate::Camera;
+use crate::layout::{COVERAGE_ONE, LEVEL_STRIDES, LEVELS, WIDEST_WINDOW};
+use crate::{Camera, Centres, Windows};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3};
 
@@ -13,6 +14,8 @@ pub mod flags {
     pub const SAMPLE_COUNT: u32 = 8;
     pub const MOTION_DEPTH: u32 = 16;
     pub const MIX: u32 = 32;
+    pub const MALLOWS: u32 = 64;
+    pub const INNOVATION: u32 = 128;
 }
 
 /// WGSL `View`.
@@ -48,6 +51,23 @@ impl From<&Camera> for ViewUniforms {
     }
 }
 
+/// WGSL `Level`.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+#[expect(missing_docs, reason = "documented once, in include/frame.wgsl")]
+pub struct LevelUniforms {
+    pub stride: u32,
+    pub covered: u32,
+    pub pad_0: u32,
+    pub pad_1: u32,
+}
+
+impl LevelUniforms {
+    fn new(stride: u32, covered: u32) -> Self {
+        Self { stride, covered, pad_0: 0, pad_1: 0 }
+    }
+}
+
 /// WGSL `Frame`.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -59,19 +79,40 @@ pub struct FrameUniforms {
     pub far: f32,
     pub size: [u32; 2],
     pub tiles: [u32; 2],
-    pub centres: [u32; 2],
-    pub window_radius: u32,
-    pub index: u32,
+    pub regions: [u32; 2],
     pub motion_scale: [f32; 2],
     pub max_history: f32,
     pub flags: u32,
+    pub index: u32,
     pub debug_view: u32,
-    pub pad_0: u32,
-    pub pad_1: u32,
-    pub pad_2: u32,
+    pub least_window: u32,
+    pub widest_window: u32,
+    pub firefly_limit: f32,
+    pub pad_0: f32,
+    pub levels: [LevelUniforms; LEVELS],
 }
 
 impl FrameUniforms {
+    /// Sets how windows are chosen and centres placed.
+    pub fn set_windows(&mut self, windows: Windows, centres: Centres) {
+        let stride = match centres {
+            Centres::Adaptive => 1,
+            Centres::Uniform(stride) => stride,
+        };
+        // The windows of uniform centres reach each other.
+        let least = stride.div_ceil(2);
+        (self.least_window, self.widest_window) = match windows {
+            Windows::RingError | Windows::MallowsCp => (least, WIDEST_WINDOW),
+            Windows::Fixed(radius) => (radius.max(least), radius.max(least)),
+        };
+        self.levels = LEVEL_STRIDES.map(|level| match centres {
+            // Where the tents of two coarser models meet half-way, they sum to one half.
+            Centres::Adaptive => LevelUniforms::new(level, COVERAGE_ONE / 2),
+            Centres::Uniform(stride) if stride == level || level == 1 => LevelUniforms::new(level, 1),
+            Centres::Uniform(_) => LevelUniforms::zeroed(),
+        });
+    }
+
     /// Sets both views and the eye's movement between them.
     pub fn set_cameras(&mut self, current: &Camera, previous: &Camera) {
         self.current = current.into();

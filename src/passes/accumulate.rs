@@ -1,7 +1,7 @@
 //! Joins this frame's samples to the history. See `shaders/accumulate.wgsl`.
 
 use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder};
-use wgpu::{BindingResource, TextureFormat, TextureView};
+use wgpu::{BindingResource, Buffer, TextureFormat, TextureView};
 
 /// What the pass is made of.
 pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
@@ -13,6 +13,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("guide", Kind::TextureUint),
         ("reprojected", Kind::Texture),
         ("reprojected_noise", Kind::Texture),
+        ("innovations", Kind::Buffer),
         ("history", Kind::Storage(TextureFormat::Rgba16Float)),
         ("noise", Kind::Storage(TextureFormat::Rg32Float)),
     ],
@@ -28,6 +29,7 @@ pub struct AccumulateViews<'a> {
     pub guide: &'a TextureView,
     pub reprojected: &'a TextureView,
     pub reprojected_noise: &'a TextureView,
+    pub innovations: &'a Buffer,
     pub history: &'a TextureView,
     pub noise: &'a TextureView,
 }
@@ -49,6 +51,7 @@ impl Accumulate {
             BindingResource::TextureView(views.guide),
             BindingResource::TextureView(views.reprojected),
             BindingResource::TextureView(views.reprojected_noise),
+            views.innovations.as_entire_binding(),
             BindingResource::TextureView(views.history),
             BindingResource::TextureView(views.noise),
         ];

@@ -1,9 +1,12 @@
 //! The passes of a frame, one file each with a WGSL file of the same name in `shaders/`.
 
 pub mod accumulate;
+pub mod centres;
+pub mod change;
 pub mod compose;
 pub mod debug_view;
 pub mod fit;
+pub mod innovation;
 pub mod moments;
 pub mod predict;
 pub mod prepare;
@@ -11,12 +14,15 @@ pub mod reproject;
 
 use crate::gpu::KernelDescriptor;
 
-/// All passes in the order they run.
-pub const ALL: [&KernelDescriptor; 8] = [
+/// All kernels in the order they run; `centres` runs within the pass `fit`.
+pub const ALL: [&KernelDescriptor; 11] = [
     &prepare::DESCRIPTOR,
     &reproject::DESCRIPTOR,
+    &change::DESCRIPTOR,
+    &innovation::DESCRIPTOR,
     &accumulate::DESCRIPTOR,
     &moments::DESCRIPTOR,
+    &centres::DESCRIPTOR,
     &fit::DESCRIPTOR,
     &predict::DESCRIPTOR,
     &compose::DESCRIPTOR,
@@ -28,6 +34,8 @@ pub const ALL: [&KernelDescriptor; 8] = [
 pub struct Pipelines {
     pub(crate) prepare: prepare::Prepare,
     pub(crate) reproject: reproject::Reproject,
+    pub(crate) change: change::Change,
+    pub(crate) innovation: innovation::Innovation,
     pub(crate) accumulate: accumulate::Accumulate,
     pub(crate) moments: moments::Moments,
     pub(crate) fit: fit::Fit,
@@ -42,6 +50,8 @@ impl Pipelines {
         Self {
             prepare: prepare::Prepare::new(device),
             reproject: reproject::Reproject::new(device),
+            change: change::Change::new(device),
+            innovation: innovation::Innovation::new(device),
             accumulate: accumulate::Accumulate::new(device),
             moments: moments::Moments::new(device),
             fit: fit::Fit::new(device),

@@ -13,6 +13,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("history", Kind::Texture),
         ("noise", Kind::Texture),
         ("models", Kind::Buffer),
+        ("windows", Kind::Buffer),
         ("prediction", Kind::Storage(TextureFormat::Rgba16Float)),
     ],
     workgroup: [8, 8],
@@ -27,6 +28,7 @@ pub struct PredictViews<'a> {
     pub history: &'a TextureView,
     pub noise: &'a TextureView,
     pub models: &'a Buffer,
+    pub windows: &'a Buffer,
     pub prediction: &'a TextureView,
 }
 
@@ -47,6 +49,7 @@ impl Predict {
             BindingResource::TextureView(views.history),
             BindingResource::TextureView(views.noise),
             views.models.as_entire_binding(),
+            views.windows.as_entire_binding(),
             BindingResource::TextureView(views.prediction),
         ];
         self.0.record(recorder, &resources, extent);

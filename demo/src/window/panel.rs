@@ -98,8 +98,8 @@ fn denoiser_controls(ui: &mut Ui, view: &mut ViewState) {
     let settings = &mut view.settings;
     ui.add(Slider::new(&mut settings.max_history, 1.0..=1024.0).logarithmic(true).integer().text("History"))
         .on_hover_text("Higher keeps more detail and less noise; lower follows changes of the light sooner");
-    ui.add(Slider::new(&mut settings.window_radius_tiles, 1..=3).text("Window radius"))
-        .on_hover_text("In tiles of 4 pixels. Higher smooths more, lower keeps more structure");
+    ui.checkbox(&mut settings.innovation, "Predict changes of the light")
+        .on_hover_text("Off, a light that was switched fades over the length of the history");
     ui.checkbox(&mut settings.mix_temporal_mean, "Mix with the temporal mean")
         .on_hover_text("Off shows the models' prediction alone");
     if ui.button("Defaults").clicked() {

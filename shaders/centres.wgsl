@@ -1,0 +1,50 @@
+// centres: lists the centres of one level that no model of a coarser level covers well. `fit` then runs on the list.
+//
+// Reads   coverage.
+// Writes  centre_list: their tiles; levels: how many, as arguments of an indirect dispatch (layout: include/models)
+// Source  Moon et al. 2015, section 4.3: a centre is placed where no prediction reaches yet
+
+//!include frame numbers surface features models
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var<uniform> level: vec4<u32>; // its number in x
+@group(0) @binding(2) var<storage, read> coverage: array<u32>;
+@group(0) @binding(3) var<storage, read_write> centre_list: array<u32>;
+@group(0) @binding(4) var<storage, read_write> levels: array<atomic<u32>>;
+
+var<workgroup> listed: atomic<u32>;
+var<workgroup> first: u32;
+
+@compute @workgroup_size(8, 8)
+fn centres(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    // The middle of each cell of the level's grid, so that the finest level is every tile.
+    let own = frame.levels[level.x];
+    let tile = id.xy * own.stride + own.stride / 2u;
+    let index = tile.y * frame.tiles.x + tile.x;
+    var place = 0u;
+    var wanted = all(tile < frame.tiles);
+    if wanted {
+        wanted = coverage[index] < own.covered;
+    }
+    if wanted {
+        place = atomicAdd(&listed, 1u);
+    }
+    workgroupBarrier();
+    if lane == 0u {
+        reserve(atomicLoad(&listed));
+    }
+    workgroupBarrier();
+    if wanted {
+        centre_list[first + place] = index;
+    }
+}
+
+// Makes room in the list for a workgroup's centres.
+fn reserve(count: u32) {
+    let start = level.x * LEVEL_WORDS;
+    first = atomicAdd(&levels[start + LEVEL_COUNT], count);
+    let rows = (first + count + LEVEL_COLUMNS - 1u) / LEVEL_COLUMNS;
+    atomicMax(&levels[start + LEVEL_ROWS], rows);
+    atomicStore(&levels[start], LEVEL_COLUMNS);
+    atomicStore(&levels[start + 2u], 1u);
+}

@@ -1,0 +1,122 @@
+// The tiles of a square window about a centre, ring by ring outwards, and their moments about one origin.
+//
+// A pass says WINDOW_TILES (9, 25 or 49: 3x3, 5x5, 7x7) and binds tile_means and both halves of the squares.
+// Source: merging moments about different means: Chan, Golub and LeVeque 1979
+
+var<workgroup> window: array<array<f32, TILE_STRIDE>, WINDOW_TILES>; // weights already by variance
+var<workgroup> window_tiles: array<u32, WINDOW_TILES>;
+var<workgroup> window_factors: array<f32, WINDOW_TILES>;             // what their weights were multiplied by
+var<workgroup> origin: array<f32, COLUMNS>;
+
+// How much more a noiseless tile may count than the window's average one: a variance from few samples may be 0 by luck.
+const VARIANCE_FLOOR = 0.1;
+
+// Tiles within `radius` rings.
+fn window_count(radius: u32) -> u32 {
+    return (2u * radius + 1u) * (2u * radius + 1u);
+}
+
+// Where the i-th tile lies: the centre, then each ring clockwise from its upper left corner.
+fn window_offset(i: u32) -> vec2<i32> {
+    let radius = (u32(sqrt(f32(i) + 0.5)) + 1u) / 2u;
+    if radius == 0u {
+        return vec2(0);
+    }
+    let along = i - window_count(radius - 1u);
+    let r = i32(radius);
+    let step = i32(along % (2u * radius)) - r;
+    switch along / (2u * radius) {
+        case 0u: {
+            return vec2(step, -r);
+        }
+        case 1u: {
+            return vec2(r, step);
+        }
+        case 2u: {
+            return vec2(-step, r);
+        }
+        default: {
+            return vec2(-r, -step);
+        }
+    }
+}
+
+// Call from uniform control flow. Tiles outside the frame stay, with weight 0, so that all windows have one shape. Returns the
+// weight before it is divided by variance; `origin` is then the mean of the innermost tiles that have any.
+fn load_window(centre: vec2<u32>, tiles: vec2<u32>, count: u32, lane: u32) -> f32 {
+    if lane < count {
+        load_tile(vec2<i32>(centre) + window_offset(lane), tiles, lane);
+    }
+    workgroupBarrier();
+    let samples = window_sum(TILE_WEIGHT, 0u, count);
+    let variance = window_sum(TILE_VARIANCE, 0u, count) / max(samples, 1e-30);
+    workgroupBarrier(); // all have read the weights that are now replaced
+    if lane < count {
+        // Inverse-variance weighting by tiles.
+        let noise = window[lane][TILE_VARIANCE] / max(variance, 1e-30);
+        let factor = (1.0 + VARIANCE_FLOOR) / (noise + VARIANCE_FLOOR);
+        window_factors[lane] = factor;
+        window[lane][TILE_WEIGHT] *= factor;
+    }
+    workgroupBarrier();
+    if lane < COLUMNS {
+        // Not the whole window's: next to something bright, small values about its mean would lose their digits.
+        let near = min(9u, count);
+        let end = select(count, near, window_sum(TILE_WEIGHT, 0u, near) > 0.0);
+        let weight = window_sum(TILE_WEIGHT, 0u, end);
+        origin[lane] = window_sum(TILE_MEAN + lane, 0u, end) / max(weight, 1e-30);
+    }
+    workgroupBarrier();
+    return samples;
+}
+
+fn load_tile(tile: vec2<i32>, tiles: vec2<u32>, slot: u32) {
+    let inside = all(tile >= vec2(0)) && all(tile < vec2<i32>(tiles));
+    let index = select(0u, u32(tile.y) * tiles.x + u32(tile.x), inside);
+    window_tiles[slot] = index;
+    for (var i = 0u; i < TILE_STRIDE; i++) {
+        window[slot][i] = select(0.0, tile_means[index * TILE_STRIDE + i], inside);
+    }
+}
+
+// Weighted sum of one of the tiles' entries (of the weight: the weight) over some of the tiles.
+fn window_sum(entry: u32, begin: u32, end: u32) -> f32 {
+    var sum = 0.0;
+    for (var t = begin; t < end; t++) {
+        sum += window[t][TILE_WEIGHT] * select(window[t][entry], 1.0, entry == TILE_WEIGHT);
+    }
+    return sum;
+}
+
+// As `window_sum`, but means of columns about the origin.
+fn window_moment(entry: u32, begin: u32, end: u32) -> f32 {
+    if entry < TILE_MEAN {
+        return window_sum(entry, begin, end);
+    }
+    var sum = 0.0;
+    for (var t = begin; t < end; t++) {
+        sum += window[t][TILE_WEIGHT] * (window[t][entry] - origin[entry - TILE_MEAN]);
+    }
+    return sum;
+}
+
+// Squares about the origin: those of the tiles about their means, plus those of the means.
+fn window_square(entry: u32, begin: u32, end: u32) -> f32 {
+    let ij = square_entry(entry);
+    var sum = 0.0;
+    for (var t = begin; t < end; t++) {
+        if window[t][TILE_WEIGHT] > 0.0 {
+            let di = window[t][TILE_MEAN + ij.x] - origin[ij.x];
+            let dj = window[t][TILE_MEAN + ij.y] - origin[ij.y];
+            sum += window_factors[t] * tile_square(window_tiles[t], entry) + window[t][TILE_WEIGHT] * di * dj;
+        }
+    }
+    return sum;
+}
+
+fn tile_square(tile: u32, entry: u32) -> f32 {
+    if entry < HALF_SQUARES {
+        return tile_squares_low[tile * HALF_SQUARES + entry];
+    }
+    return tile_squares_high[tile * HALF_SQUARES + entry - HALF_SQUARES];
+}

@@ -1,0 +1,121 @@
+// innovation: predicts the change of the light from the change of the samples, one linear model per region.
+//
+// Reads   region_means, region_squares.
+// Writes  innovations (layout: include/innovations)
+// Source  Kalman, "A New Approach to Linear Filtering and Prediction Problems", 1960; shrinkage: James and Stein 1961; its
+//         threshold: Laurent and Massart, "Adaptive Estimation of a Quadratic Functional by Model Selection", 2000, lemma 1;
+//         errors in the history as a feature: Fuller, "Measurement Error Models", 1987, section 1.2
+
+//!include frame numbers surface features innovations window ridge
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var<storage, read> tile_means: array<f32>;
+@group(0) @binding(2) var<storage, read> tile_squares_low: array<f32>;
+@group(0) @binding(3) var<storage, read> tile_squares_high: array<f32>;
+@group(0) @binding(4) var<storage, read_write> innovations: array<f32>;
+
+const HISTORY = SURFACE_FEATURES; // the feature of this pass's own
+const TILE_LENGTH = TILE_EXPECTED; // samples in the history
+
+var<workgroup> means: array<f32, TILE_STRIDE>;
+var<workgroup> significance: f32;
+
+@compute @workgroup_size(64)
+fn innovation(@builtin(workgroup_id) region: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let samples = load_window(region.xy, frame.regions, WINDOW_TILES, lane);
+    let weight = max(window_sum(TILE_WEIGHT, 0u, WINDOW_TILES), 1e-30);
+    if lane < TILE_STRIDE {
+        means[lane] = window_moment(lane, 0u, WINDOW_TILES) / weight; // of columns: about the origin
+    }
+    workgroupBarrier();
+    for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
+        let ij = square_entry(entry);
+        ridge_squares[entry] = window_square(entry, 0u, WINDOW_TILES)
+            - weight * means[TILE_MEAN + ij.x] * means[TILE_MEAN + ij.y];
+    }
+    workgroupBarrier();
+    let depth = length(vec3(column_mean(3u), column_mean(4u), column_mean(5u)));
+    let level = light_level();
+    if lane < FEATURES {
+        ridge_floors[lane] = select(feature_floor(lane, depth), 0.05 * level, lane == HISTORY);
+        // Noise of one sample over the prior's variance: that of a change of as much as there is, per unit.
+        let unit = select(feature_unit(lane, depth), level, lane == HISTORY);
+        ridge_priors[lane] = means[TILE_VARIANCE] / (level * level) * unit * unit;
+    }
+    if lane < CHANNELS {
+        // The history's own noise is in the change too, with the other sign, and would pass for light that left.
+        ridge_squares[square_index(HISTORY, FEATURES + lane)] += means[TILE_FOUND] * weight;
+    }
+    workgroupBarrier();
+    ridge_solve(weight, lane);
+    if lane == 0u {
+        significance = significant_share(samples, weight);
+    }
+    workgroupBarrier();
+    write_model((region.y * frame.regions.x + region.x) * INNOVATION_STRIDE, samples, lane);
+}
+
+fn column_mean(column: u32) -> f32 {
+    return origin[column] + means[TILE_MEAN + column];
+}
+
+fn mean_change() -> vec3<f32> {
+    return vec3(column_mean(FEATURES), column_mean(FEATURES + 1u), column_mean(FEATURES + 2u));
+}
+
+// The larger of the light before and after.
+fn light_level() -> f32 {
+    let before = column_mean(HISTORY);
+    return max(max(before, before + luminance(mean_change())), 1e-6);
+}
+
+// How much of the found change is no chance: 1 - T / E, with E the change that the model explains, in variances of a
+// sample, and T what noise alone explains by as many unknowns once in as many frames as the history is long.
+fn significant_share(samples: f32, weight: f32) -> f32 {
+    var explained = weight * luminance(mean_change()) * luminance(mean_change());
+    var unknowns = 1.0;
+    var total = 0.0;
+    for (var i = 0u; i < FEATURES; i++) {
+        var slope = 0.0;
+        var product = 0.0;
+        for (var c = 0u; c < CHANNELS; c++) {
+            slope += LUMINANCE[c] * ridge_slopes[i][c];
+            product += LUMINANCE[c] * ridge_squares[square_index(i, FEATURES + c)];
+        }
+        explained += slope * product;
+        // A feature that the ridge holds back is less than an unknown.
+        let scale = ridge_scales[i] * ridge_scales[i];
+        let known = ridge_squares[square_index(i, i)] * scale;
+        unknowns += known / max(known + RIDGE * weight + ridge_priors[i] * scale, 1e-30);
+    }
+    for (var c = 0u; c < CHANNELS; c++) {
+        for (var d = 0u; d < CHANNELS; d++) {
+            total += LUMINANCE[c] * LUMINANCE[d]
+                * ridge_squares[square_index(FEATURES + min(c, d), FEATURES + max(c, d))];
+        }
+    }
+    let change = weight * luminance(mean_change()) * luminance(mean_change());
+    let residual = max(total + change - explained, 0.0) / max(samples - unknowns, 1.0);
+    // Not less than what the history knows: where no sample of a frame saw the light, it varies by nothing.
+    let expected = means[TILE_VARIANCE] * (1.0 + 1.0 / max(means[TILE_LENGTH], 1.0)) * weight / max(samples, 1e-30);
+    let variance = max(residual, expected);
+    let x = log(1.0 + means[TILE_LENGTH]);
+    let chance = unknowns + 2.0 * sqrt(unknowns * x) + 2.0 * x;
+    if samples <= unknowns || explained <= 0.0 {
+        return 0.0;
+    }
+    return max(1.0 - chance * variance / explained, 0.0);
+}
+
+fn write_model(start: u32, samples: f32, lane: u32) {
+    if lane == 0u {
+        innovations[start + INNOVATION_SAMPLES] = samples;
+        innovations[start + INNOVATION_VARIANCE] = means[TILE_VARIANCE];
+    }
+    if lane < COLUMNS {
+        innovations[start + INNOVATION_MEAN + lane] = column_mean(lane) * select(1.0, significance, lane >= FEATURES);
+    }
+    if lane < FEATURES * CHANNELS {
+        innovations[start + INNOVATION_SLOPE + lane] = ridge_slopes[lane / CHANNELS][lane % CHANNELS] * significance;
+    }
+}

@@ -1,0 +1,51 @@
+//! Predicts the change of the light, region by region. See `shaders/innovation.wgsl`.
+
+use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder};
+use wgpu::Buffer;
+
+/// What the pass is made of.
+pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
+    name: "innovation",
+    source: include_str!("../../shaders/innovation.wgsl"),
+    bindings: &[
+        ("frame", Kind::Frame),
+        ("tile_means", Kind::Buffer),
+        ("tile_squares_low", Kind::Buffer),
+        ("tile_squares_high", Kind::Buffer),
+        ("innovations", Kind::BufferMut),
+    ],
+    workgroup: [64, 1],
+    covers: [1, 1],
+};
+
+/// What the pass reads and writes; named as in the WGSL. The tiles are regions.
+#[derive(Debug, Clone, Copy)]
+#[expect(missing_docs, reason = "documented once, at the head of the WGSL")]
+pub struct InnovationViews<'a> {
+    pub tile_means: &'a Buffer,
+    pub tile_squares_low: &'a Buffer,
+    pub tile_squares_high: &'a Buffer,
+    pub innovations: &'a Buffer,
+}
+
+/// The pass.
+#[derive(Debug)]
+pub struct Innovation(Kernel);
+
+impl Innovation {
+    /// Compiles the pass.
+    pub fn new(device: &wgpu::Device) -> Self {
+        Self(Kernel::new(device, &DESCRIPTOR))
+    }
+
+    /// Records the pass over `extent` regions.
+    pub fn record(&self, recorder: &mut Recorder<'_>, views: &InnovationViews<'_>, extent: [u32; 2]) {
+        let resources = [
+            views.tile_means.as_entire_binding(),
+            views.tile_squares_low.as_entire_binding(),
+            views.tile_squares_high.as_entire_binding(),
+            views.innovations.as_entire_binding(),
+        ];
+        self.0.record(recorder, &resources, extent);
+    }
+}
