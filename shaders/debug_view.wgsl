@@ -1,9 +1,9 @@
 // debug_view: one of the frame's inner images, as a picture.
 //
-// Reads   guide, motion, prediction, history, mix_weight.
+// Reads   guide, motion, prediction, history, mix_weight, models, windows.
 // Writes  debug: the caller's image
 
-//!include frame numbers surface
+//!include frame numbers surface features models
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var guide: texture_2d<u32>;
@@ -11,7 +11,9 @@
 @group(0) @binding(3) var prediction: texture_2d<f32>;
 @group(0) @binding(4) var history: texture_2d<f32>;
 @group(0) @binding(5) var mix_weight: texture_2d<f32>;
-@group(0) @binding(6) var debug: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(6) var<storage, read> models: array<f32>;
+@group(0) @binding(7) var<storage, read> windows: array<u32>;
+@group(0) @binding(8) var debug: texture_storage_2d<rgba16float, write>;
 
 const VIEW_PREDICTION = 1u;
 const VIEW_TEMPORAL_MEAN = 2u;
@@ -22,6 +24,11 @@ const VIEW_NORMAL = 6u;
 const VIEW_DEPTH = 7u;
 const VIEW_MOTION = 8u;
 const VIEW_SURFACE_ID = 9u;
+const VIEW_WINDOWS = 10u;
+const VIEW_COVERAGE = 11u;
+const VIEW_PREDICTED_ERROR = 12u;
+
+const FULL_COVERAGE = 16.0; // models over a pixel that are shown white
 
 @compute @workgroup_size(8, 8)
 fn debug_view(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -65,10 +72,54 @@ fn picture(pixel: vec2<u32>, surface: Surface) -> vec3<f32> {
             let moved = textureLoad(motion, pixel, 0).xy * frame.motion_scale * vec2<f32>(frame.size);
             return hue(atan2(moved.y, moved.x) / 6.2831853) * saturate(length(moved) / 16.0);
         }
-        default: {
+        case VIEW_SURFACE_ID: {
             return hue(f32(pcg(surface.id)) / 4294967296.0);
         }
+        default: {
+            return models_picture(pixel);
+        }
     }
+}
+
+// What is known of the models whose windows hold a pixel.
+fn models_picture(pixel: vec2<u32>) -> vec3<f32> {
+    let own = vec2<i32>(pixel / TILE);
+    let most = i32(WIDEST_WINDOW);
+    var sum = vec3(0.0); // weight, radius, error
+    var count = 0.0;
+    for (var y = -most; y <= most; y++) {
+        for (var x = -most; x <= most; x++) {
+            let tile = own + vec2(x, y);
+            if any(tile < vec2(0)) || any(tile >= vec2<i32>(frame.tiles)) {
+                continue;
+            }
+            let index = u32(tile.y) * frame.tiles.x + u32(tile.x);
+            let start = index * MODEL_STRIDE;
+            if windows[index] == 0u || models[start + MODEL_WEIGHT] <= 0.0 {
+                continue;
+            }
+            let middle = (vec2<f32>(tile) + 0.5) * f32(TILE);
+            let weight = tent(vec2<f32>(pixel) + 0.5 - middle, windows[index]);
+            if weight > 0.0 {
+                count += 1.0;
+                sum += weight * models[start + MODEL_TRUST]
+                    * vec3(1.0, f32(windows[index]), models[start + MODEL_ERROR]);
+            }
+        }
+    }
+    if frame.debug_view == VIEW_COVERAGE {
+        return vec3(count / FULL_COVERAGE);
+    }
+    if frame.debug_view == VIEW_PREDICTED_ERROR {
+        return vec3(sqrt(sum.z / max(sum.x, 1e-30)));
+    }
+    let is_centre = windows[u32(own.y) * frame.tiles.x + u32(own.x)] > 0u;
+    let middle = vec2<u32>(own) * TILE + TILE / 2u;
+    if is_centre && all(pixel + 1u >= middle) && all(pixel <= middle) {
+        return vec3(1.0);
+    }
+    // Red: windows of 3x3 tiles; blue: of 7x7.
+    return 0.6 * hue(sum.y / max(sum.x, 1e-30) / 3.0 - 1.0 / 3.0);
 }
 
 fn hue(turns: f32) -> vec3<f32> {

@@ -280,7 +280,7 @@ impl Denoiser {
         if let Some((_, debug)) = inputs.debug {
             passes.debug_view.record(
                 recorder,
-                &DebugViewViews { guide, motion, prediction, history, mix_weight, debug },
+                &DebugViewViews { guide, motion, prediction, history, mix_weight, models, windows, debug },
                 self.size,
             );
         }

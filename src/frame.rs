@@ -47,11 +47,19 @@ pub enum DebugView {
     Motion = 8,
     /// A colour per surface id.
     SurfaceId = 9,
+    /// Where models are and how large their windows: a dot per centre; windows of 3x3 tiles red, 5x5 green, 7x7 blue, mixed
+    /// where models overlap.
+    Windows = 10,
+    /// How many models' windows hold the pixel; white at 16.
+    Coverage = 11,
+    /// Predicted error of the models' prediction, before it is mixed with the temporal mean: the square root of the mean
+    /// squared error of its luminance, demodulated.
+    PredictedError = 12,
 }
 
 impl DebugView {
     /// Every view, in the order of its value.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 12] = [
         Self::Prediction,
         Self::TemporalMean,
         Self::HistoryLength,
@@ -61,6 +69,9 @@ impl DebugView {
         Self::Depth,
         Self::Motion,
         Self::SurfaceId,
+        Self::Windows,
+        Self::Coverage,
+        Self::PredictedError,
     ];
 }
 

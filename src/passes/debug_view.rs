@@ -1,7 +1,7 @@
 //! Shows one of the frame's inner images. See `shaders/debug_view.wgsl`.
 
 use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder};
-use wgpu::{BindingResource, TextureFormat, TextureView};
+use wgpu::{BindingResource, Buffer, TextureFormat, TextureView};
 
 /// What the pass is made of.
 pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
@@ -14,6 +14,8 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("prediction", Kind::Texture),
         ("history", Kind::Texture),
         ("mix_weight", Kind::Texture),
+        ("models", Kind::Buffer),
+        ("windows", Kind::Buffer),
         ("debug", Kind::Storage(TextureFormat::Rgba16Float)),
     ],
     workgroup: [8, 8],
@@ -29,6 +31,8 @@ pub struct DebugViewViews<'a> {
     pub prediction: &'a TextureView,
     pub history: &'a TextureView,
     pub mix_weight: &'a TextureView,
+    pub models: &'a Buffer,
+    pub windows: &'a Buffer,
     pub debug: &'a TextureView,
 }
 
@@ -50,6 +54,8 @@ impl DebugView {
             BindingResource::TextureView(views.prediction),
             BindingResource::TextureView(views.history),
             BindingResource::TextureView(views.mix_weight),
+            views.models.as_entire_binding(),
+            views.windows.as_entire_binding(),
             BindingResource::TextureView(views.debug),
         ];
         self.0.record(recorder, &resources, extent);
