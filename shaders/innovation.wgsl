@@ -43,8 +43,11 @@ fn innovation(@builtin(workgroup_id) region: vec3<u32>, @builtin(local_invocatio
         ridge_priors[lane] = means[TILE_VARIANCE] / (level * level) * unit * unit;
     }
     if lane < CHANNELS {
-        // The history's own noise is in the change too, with the other sign, and would pass for light that left.
-        ridge_squares[square_index(HISTORY, FEATURES + lane)] += means[TILE_FOUND] * weight;
+        // The history's own noise is in the change too, with the other sign, and would pass for light that left. It
+        // explains no more than there is.
+        let product = square_index(HISTORY, FEATURES + lane);
+        let found = ridge_squares[product];
+        ridge_squares[product] = min(found + means[TILE_FOUND] * weight, max(found, 0.0));
     }
     workgroupBarrier();
     ridge_solve(weight, lane);
@@ -104,7 +107,8 @@ fn significant_share(samples: f32, weight: f32) -> f32 {
     if samples <= unknowns || explained <= 0.0 {
         return 0.0;
     }
-    return max(1.0 - chance * variance / explained, 0.0);
+    let doubt = chance * variance / explained;
+    return max(1.0 - doubt * doubt, 0.0);
 }
 
 fn write_model(start: u32, samples: f32, lane: u32) {
