@@ -76,7 +76,7 @@ fn light_level() -> f32 {
 // sample, and T what noise alone explains by as many unknowns once in as many frames as the history is long.
 fn significant_share(samples: f32, weight: f32) -> f32 {
     var explained = weight * luminance(mean_change()) * luminance(mean_change());
-    var unknowns = 1.0;
+    let unknowns = f32(FEATURES + 1u);
     var total = 0.0;
     for (var i = 0u; i < FEATURES; i++) {
         var slope = 0.0;
@@ -86,10 +86,6 @@ fn significant_share(samples: f32, weight: f32) -> f32 {
             product += LUMINANCE[c] * ridge_squares[square_index(i, FEATURES + c)];
         }
         explained += slope * product;
-        // A feature that the ridge holds back is less than an unknown.
-        let scale = ridge_scales[i] * ridge_scales[i];
-        let known = ridge_squares[square_index(i, i)] * scale;
-        unknowns += known / max(known + RIDGE * weight + ridge_priors[i] * scale, 1e-30);
     }
     for (var c = 0u; c < CHANNELS; c++) {
         for (var d = 0u; d < CHANNELS; d++) {
