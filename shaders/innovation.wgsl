@@ -14,6 +14,7 @@
 @group(0) @binding(3) var<storage, read> tile_squares_high: array<f32>;
 @group(0) @binding(4) var<storage, read_write> innovations: array<f32>;
 
+const RIDGE = 0.3; // of the total weight: a few pixels with features of their own are no light
 const HISTORY = SURFACE_FEATURES; // the feature of this pass's own
 const TILE_LENGTH = TILE_EXPECTED; // samples in the history
 
