@@ -97,7 +97,7 @@ pub struct FrameInputs<'a> {
     /// Diffuse reflectance at the first hit (specular colour at normal incidence for metals), linear once
     /// sampled; 1 at a miss. `Rgba8Unorm`, `Rgba8UnormSrgb` or `Rgba16Float`.
     pub albedo: &'a wgpu::TextureView,
-    /// World-space unit shading normal in xyz, linear roughness 0 to 1 in w (not used yet). `Rgba16Float` or `Rgba8Snorm`.
+    /// World-space unit shading normal in xyz, linear roughness 0 to 1 in w. `Rgba16Float` or `Rgba8Snorm`.
     pub normal_roughness: &'a wgpu::TextureView,
     /// Linear view-space depth, positive, in scene units; at or beyond `Settings::far` or 1e12, not positive or not finite
     /// is a miss. `R32Float`.

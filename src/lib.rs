@@ -49,19 +49,24 @@
 //! 2. **reproject** fetches each pixel's history from where motion says its surface was. Every tap must belong to the same
 //!    surface: its id, its normal and its distance from the surface's tangent plane decide. Where all 4x4 taps do, the fetch
 //!    is bicubic (Catmull-Rom) and stays sharp.
-//! 3. **accumulate** adds this frame's samples, weighted by their number, to the temporal mean. Beside it ride the variance
-//!    of one sample, and a deviation that takes the same path as the mean but with alternating signs: its square tells how
-//!    noisy the mean still is, after all blending and resampling.
-//! 4. **moments** sums, for each tile of 4x4 pixels, the weighted first and second moments of features (normal, position,
-//!    1/albedo, surface id, pixel position) and colour.
-//! 5. **fit** merges the moments of the tiles in each centre's window and solves a ridge regression, whose ridge is a prior:
-//!    steep slopes must be earned by samples. A few thousand numbers go in, no pixel is read twice, and the result is exactly
-//!    that of recursive least squares over the pixels.
-//! 6. **predict** evaluates, per pixel, the models whose windows hold it, and blends them by a tent.
-//! 7. **compose** compares prediction and temporal mean. What they differ by, smoothly and beyond the mean's noise, is the
+//! 3. **change** and **innovation** ask whether the light changed. What this frame's samples differ by from the history is
+//!    regressed on the surface's features and on the history itself, over windows of 40x40 pixels; what noise would explain as
+//!    well is not believed.
+//! 4. **accumulate** moves the history by the predicted change and lowers its confidence as a Kalman filter would, so that a
+//!    light that was switched leaves no ghost. Then this frame's samples, weighted by their number, join the temporal mean.
+//!    Beside it ride the scatter of one sample, and deviations that take the same path as the mean but with alternating
+//!    signs: their squares tell how noisy the mean still is, after all blending and resampling.
+//! 5. **moments** sums, for each tile of 4x4 pixels, the weighted first and second moments of features (normal, position,
+//!    1/albedo, surface id, roughness, pixel position) and colour.
+//! 6. **fit** places centres coarse to fine, each where no model reaches well yet. At a centre, nested windows of tiles grow
+//!    ring by ring: each ring tests the model of the window inside it, then joins, and the window that predicted best is
+//!    kept. A model is a ridge regression, whose ridge is a prior: steep slopes must be earned by samples. A few thousand
+//!    numbers go in, no pixel is read twice, and the result is exactly that of recursive least squares over the pixels.
+//! 7. **predict** evaluates, per pixel, the models whose windows hold it, and blends them by tents and by how well they fit.
+//! 8. **compose** compares prediction and temporal mean. What they differ by, smoothly and beyond the mean's noise, is the
 //!    models' error; it decides how the two are mixed: smooth where the models hold, sharp where no feature explains what is seen, such as a
 //!    shadow's edge. Then albedo and emission come back.
-//! 8. **debug_view** shows one of these steps, on request.
+//! 9. **debug_view** shows one of these steps, on request.
 //!
 //! On a still view the result converges to the converged image, because the mean's noise falls and the mix follows.
 //!
@@ -74,7 +79,8 @@
 //! - **Cuts**: say [`HistoryMode::Restart`]. **Resizes**: [`Denoiser::resize`].
 //! - **Several cameras**: one [`Denoiser`] each, with shared [`Pipelines`].
 //! - **Limits of this version**: history follows surfaces, so reflections in curved mirrors smear under motion; a change of
-//!   the light fades in over [`Settings::max_history`] samples.
+//!   the light that is small against the noise of a few hundred samples is not noticed in one frame and fades in over
+//!   [`Settings::max_history`] samples.
 
 #![warn(missing_docs)]
 
