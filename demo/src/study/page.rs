@@ -39,8 +39,15 @@ fn page(report: &StudyReport, pairs: &[Vec<[f64; 2]>], pictures: &Pictures<'_>) 
     let ends = picture("noisy", &noisy, &frame)? + &picture("reference", &reference, &marked)?;
     let range = LogRange::of(pairs.iter().flatten().flatten().copied(), CUT);
     let histograms = report.windows.iter().zip(pairs).map(|(window, pairs)| {
-        let plot = histogram(window, pairs, range);
-        format!("<figure><figcaption>windows of {} pixels</figcaption>{plot}</figure>", window.width_px)
+        let Correlation { pearson_log, spearman, .. } = window.expected;
+        format!(
+            "<figure><figcaption>windows of {} pixels <small>Pearson on logs {}, Spearman {}</small></figcaption>{}\
+             </figure>",
+            window.width_px,
+            number(pearson_log),
+            number(spearman),
+            histogram(window, pairs, range)
+        )
     });
     let widths: Vec<u32> = report.windows.iter().map(|window| window.width_px).collect();
     let curves = report.pixels.iter().map(|pixel| {
@@ -209,6 +216,10 @@ fn notes(report: &StudyReport) -> String {
     )
 }
 
+fn number(correlation: Option<f64>) -> String {
+    correlation.map_or("–".to_owned(), |value| format!("{value:.3}"))
+}
+
 fn correlations(windows: &[WindowReport]) -> String {
     let mut out = "<table><tr class=\"groups\"><th></th><th></th><th colspan=\"2\">expected error</th>\
                    <th colspan=\"2\">of one image</th><th></th><th></th></tr>\
@@ -216,7 +227,6 @@ fn correlations(windows: &[WindowReport]) -> String {
                    <th>Pearson, logs</th><th>Spearman</th><th>estimated / true, median</th>\
                    <th>tiles without logarithm</th></tr>"
         .to_owned();
-    let number = |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{value:.3}"));
     let cells =
         |c: &Correlation| format!("<td>{}</td><td>{}</td>", number(c.pearson_log), number(c.spearman));
     for w in windows {
