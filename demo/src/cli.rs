@@ -5,6 +5,7 @@ use crate::method::Method;
 use crate::record::{RecordOptions, record};
 use crate::render::{RenderOptions, render};
 use crate::replay::{ReplayOptions, replay};
+use crate::study::{Rect, StudyOptions, study};
 use crate::walk::{References, WalkOptions, load_scene};
 use crate::walkthrough::Walkthrough;
 use crate::window::{self, WindowError, WindowOptions};
@@ -38,6 +39,10 @@ pub enum Command {
     /// Writes `frame_0000.exr` (linear R, G, B), `frame_0000.png` (as shown) and so on. Where the capture has
     /// reference images, prints metrics and writes them to `metrics.json`.
     Replay(ReplayArgs),
+    /// Compare dense, uniform and adaptive models on one image, and estimated with true errors
+    ///
+    /// Writes `study.html`, which needs no other file, its numbers as `study.json`, and its pictures.
+    Study(StudyArgs),
 }
 
 /// What the window shows.
@@ -146,6 +151,41 @@ pub struct ReplayArgs {
     pub max_history: Option<u16>,
 }
 
+/// `quell-demo study`
+#[derive(Debug, Args)]
+pub struct StudyArgs {
+    /// A glTF 2.0 file (.gltf or .glb) instead of the built-in gallery
+    #[arg(long, value_name = "FILE")]
+    pub scene: Option<PathBuf>,
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", default_value = "320x180", value_parser = size)]
+    pub size: [u32; 2],
+    /// Scene time, seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = finite)]
+    pub start: f32,
+    /// Samples per pixel of the image to denoise
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub spp: u32,
+    /// Samples per pixel of the reference
+    #[arg(long, value_name = "SPP", default_value_t = 256, value_parser = clap::value_parser!(u32).range(2..))]
+    pub reference: u32,
+    /// Another seed gives other noise
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u32,
+    /// Images with independent noise over which true errors are averaged
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub runs: u32,
+    /// Part of the image to enlarge, in pixels [default: where the most detail is]
+    #[arg(long, value_name = "X,Y,W,H", value_parser = rect)]
+    pub zoom: Option<Rect>,
+    /// Pixels whose errors are plotted over window size [default: an edge, a shadow, a texture, a flat wall]
+    #[arg(long, value_name = "X,Y", num_args = 1.., value_parser = pixel)]
+    pub pixels: Vec<[u32; 2]>,
+    /// Folder for the results, created where needed
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
 /// Where the walkthrough goes without a display.
 const HEADLESS_OUT: &str = "out/walk";
 /// How much of it: a CPU adapter needs a minute or two.
@@ -158,6 +198,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Render(args)) => run_render(&args.walk),
         Some(Command::Record(args)) => run_record(&args),
         Some(Command::Replay(args)) => run_replay(args),
+        Some(Command::Study(args)) => run_study(args),
     }
 }
 
@@ -223,6 +264,26 @@ fn run_replay(args: ReplayArgs) -> Result<()> {
     })
 }
 
+fn run_study(args: StudyArgs) -> Result<()> {
+    let page = args.out.join("study.html");
+    let [width, height] = args.size;
+    let options = StudyOptions {
+        scene: args.scene,
+        width,
+        height,
+        start_s: args.start,
+        spp: args.spp,
+        reference_spp: args.reference,
+        seed: args.seed,
+        runs: args.runs,
+        zoom: args.zoom,
+        pixels: args.pixels,
+        out: args.out,
+    };
+    let report = study(&Gpu::new()?, &options)?;
+    say(&format!("{}wrote {}\n", report.summary(), page.display()))
+}
+
 /// Not `print!`, which panics when the reader of a pipe has gone.
 fn say(text: &str) -> Result<()> {
     match std::io::stdout().write_all(text.as_bytes()) {
@@ -235,6 +296,22 @@ fn size(text: &str) -> Result<[u32; 2], String> {
     let parse = |side: &str| side.parse::<u32>().ok().filter(|side| (1..=8192).contains(side));
     let sides = text.split_once('x').and_then(|(width, height)| Some([parse(width)?, parse(height)?]));
     sides.ok_or_else(|| "expected WIDTHxHEIGHT with sides of 1 to 8192 pixels, e.g. 640x360".to_owned())
+}
+
+/// Whole numbers between commas.
+fn numbers<const N: usize>(text: &str) -> Option<[u32; N]> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    numbers?.try_into().ok()
+}
+
+fn pixel(text: &str) -> Result<[u32; 2], String> {
+    numbers(text).ok_or_else(|| "expected X,Y in pixels from the upper left corner, e.g. 160,90".to_owned())
+}
+
+fn rect(text: &str) -> Result<Rect, String> {
+    let [x, y, width, height] =
+        numbers(text).ok_or("expected X,Y,WIDTH,HEIGHT in pixels, e.g. 120,60,80,45")?;
+    Ok(Rect { x, y, width, height })
 }
 
 fn finite(text: &str) -> Result<f32, String> {

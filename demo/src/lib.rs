@@ -17,6 +17,7 @@ pub mod report;
 pub mod scene;
 #[cfg(test)]
 mod shader_check;
+pub mod study;
 pub mod tracer;
 pub mod walk;
 pub mod walkthrough;

@@ -1,0 +1,139 @@
+//! What the study found: the content of `study.json`, and all numbers of the page.
+
+use crate::metrics::FrameMetrics;
+use serde::Serialize;
+use std::fmt::Write;
+
+/// What `study.json` holds. Infinite and missing values are `null`.
+#[derive(Debug, Clone, Serialize)]
+pub struct StudyReport {
+    pub scene: String,
+    pub adapter: String,
+    /// Times on a CPU say nothing about a GPU.
+    pub is_cpu: bool,
+    pub width: u32,
+    pub height: u32,
+    pub start_s: f32,
+    pub spp: u32,
+    pub seed: u32,
+    pub reference_spp: u32,
+    /// Relative MSE that the reference's own noise adds to every method's, estimated from its two halves.
+    pub reference_relative_mse: f64,
+    pub zoom: Rect,
+    /// The input, invalid values repaired.
+    pub noisy: FrameMetrics,
+    pub variants: Vec<VariantReport>,
+    /// Independent images whose errors were measured.
+    pub runs: u32,
+    pub windows: Vec<WindowReport>,
+    pub choice: Option<ChoiceReport>,
+    pub pixels: Vec<PixelReport>,
+}
+
+impl StudyReport {
+    /// What was measured, for a terminal.
+    pub fn summary(&self) -> String {
+        let mut out = format!(
+            "{:<21} {:<15} {:>7} {:>8} {:>9} {:>7}\n",
+            "centres", "windows", "models", "rMSE", "PSNR", "ms"
+        );
+        for v in &self.variants {
+            let FrameMetrics { relative_mse, psnr_db, .. } = v.output;
+            let _ = writeln!(
+                out,
+                "{:<21} {:<15} {:>7} {relative_mse:>8.5} {psnr_db:>6.2} dB {:>7.1}",
+                v.centres, v.windows, v.models, v.wall_ms
+            );
+        }
+        let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.3}"));
+        for w in &self.windows {
+            let Correlation { pearson_log, spearman, .. } = w.expected;
+            let _ = writeln!(
+                out,
+                "estimated against true error, windows of {} px: Pearson on logs {}, Spearman {}",
+                w.width_px,
+                number(pearson_log),
+                number(spearman)
+            );
+        }
+        out
+    }
+}
+
+/// A part of the image, in pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Rect {
+    pub x: u32,
+    pub y: u32,
+    pub width: u32,
+    pub height: u32,
+}
+
+/// One way to place models and to choose their windows.
+#[derive(Debug, Clone, Serialize)]
+pub struct VariantReport {
+    /// As in file names.
+    pub name: &'static str,
+    pub centres: String,
+    pub windows: &'static str,
+    pub models: u32,
+    pub pixels_per_model: f64,
+    /// Of the denoiser's output.
+    pub output: FrameMetrics,
+    /// Of the models' prediction, not mixed with the temporal mean.
+    pub models_alone: FrameMetrics,
+    /// Median, from submission until the GPU is done.
+    pub wall_ms: f64,
+}
+
+/// Estimated against true error of one window size, over the tiles of the image.
+#[derive(Debug, Clone, Serialize)]
+pub struct WindowReport {
+    /// Tiles to each side of the centre.
+    pub radius: u32,
+    pub width_px: u32,
+    pub tiles: usize,
+    /// With the true error averaged over all runs.
+    pub expected: Correlation,
+    /// With the true error of the same run: one sample of the expected one.
+    pub own: Correlation,
+    /// Median over tiles of estimated over expected error.
+    pub median_ratio: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Correlation {
+    /// Of the logarithms, where both errors are above 0.
+    pub pearson_log: Option<f64>,
+    /// Of all tiles.
+    pub spearman: Option<f64>,
+    /// Tiles that have no logarithm.
+    pub without_log: usize,
+}
+
+/// What choosing windows by the estimate is worth, over all tiles and runs.
+#[derive(Debug, Clone, Serialize)]
+pub struct ChoiceReport {
+    /// Mean relative error with the same window everywhere, per size.
+    pub fixed: Vec<f64>,
+    /// With the window of the least estimated error.
+    pub estimated: f64,
+    /// With the window of the least expected error, which nobody knows.
+    pub best: f64,
+    /// Share of tiles where both are the same window.
+    pub agreement: f64,
+    /// Share of tiles where each size has the least expected error.
+    pub best_shares: Vec<f64>,
+}
+
+/// Errors at one pixel (its tile), per window size.
+#[derive(Debug, Clone, Serialize)]
+pub struct PixelReport {
+    pub label: String,
+    pub x: u32,
+    pub y: u32,
+    /// Mean over the runs.
+    pub true_error: Vec<f64>,
+    /// Of each run.
+    pub estimated_error: Vec<Vec<f64>>,
+}

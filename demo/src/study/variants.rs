@@ -1,0 +1,149 @@
+//! The ways to place models and to choose their windows that the study compares.
+
+use super::correlation::median;
+use super::denoise::StillDenoiser;
+use super::report::VariantReport;
+use crate::image::{ImageRgb, display_from_linear};
+use crate::metrics::compare;
+use anyhow::Result;
+use quell::{Centres, DebugView, Settings, Windows};
+
+/// Encodes before the first that is timed, and those that are.
+const WARM_UP: usize = 1;
+const TIMED: usize = 5;
+
+/// How to denoise.
+#[derive(Debug, Clone, Copy)]
+struct Variant {
+    name: &'static str,
+    centres: Centres,
+    windows: Windows,
+}
+
+/// A variant's numbers and pictures.
+#[derive(Debug)]
+pub struct Measured {
+    pub report: VariantReport,
+    pub image: ImageRgb,
+    /// The image in grey, tinted by window size, with a black dot per centre; 8-bit RGB.
+    pub centres: Vec<u8>,
+}
+
+impl Variant {
+    fn new(name: &'static str, centres: Centres, windows: Windows) -> Self {
+        Self { name, centres, windows }
+    }
+
+    fn settings(self) -> Settings {
+        Settings { centres: self.centres, windows: self.windows, ..Settings::default() }
+    }
+
+    fn centres_label(self) -> String {
+        match self.centres {
+            Centres::Adaptive => "adaptive".to_owned(),
+            Centres::Uniform(1) => "dense: every 4 px".to_owned(),
+            Centres::Uniform(stride) => format!("uniform: every {} px", 4 * stride),
+        }
+    }
+
+    fn windows_label(self) -> &'static str {
+        match self.windows {
+            Windows::RingError => "by ring error",
+            Windows::MallowsCp => "by Mallows' Cp",
+            Windows::Fixed(1) => "fixed, 12 px",
+            Windows::Fixed(2) => "fixed, 20 px",
+            Windows::Fixed(_) => "fixed, 28 px",
+        }
+    }
+}
+
+/// Dense, uniform and adaptive centres, then adaptive ones with windows chosen otherwise. Uniform centres have the stride whose
+/// number of models is the nearest to the adaptive ones'.
+fn variants(denoiser: &mut StillDenoiser<'_>) -> Result<Vec<Variant>> {
+    let ring = Windows::RingError;
+    let adaptive = Variant::new("adaptive", Centres::Adaptive, ring);
+    let mut models = |variant: Variant| -> Result<f64> {
+        Ok(f64::from(denoiser.denoised(&variant.settings())?.1).max(1.0).ln())
+    };
+    let aim = models(adaptive)?;
+    let [fine, coarse] = [2, 4].map(|stride| Variant::new("uniform", Centres::Uniform(stride), ring));
+    let is_fine_nearer = (models(fine)? - aim).abs() <= (models(coarse)? - aim).abs();
+    Ok(vec![
+        Variant::new("dense", Centres::Uniform(1), ring),
+        if is_fine_nearer { fine } else { coarse },
+        adaptive,
+        Variant::new("adaptive_cp", Centres::Adaptive, Windows::MallowsCp),
+        Variant::new("adaptive_12px", Centres::Adaptive, Windows::Fixed(1)),
+        Variant::new("adaptive_20px", Centres::Adaptive, Windows::Fixed(2)),
+        Variant::new("adaptive_28px", Centres::Adaptive, Windows::Fixed(3)),
+    ])
+}
+
+/// Measures all variants on the image that was traced last.
+pub fn measure(denoiser: &mut StillDenoiser<'_>, reference: &ImageRgb) -> Result<Vec<Measured>> {
+    let variants = variants(denoiser)?;
+    let mut measured = Vec::new();
+    for (variant, wall_ms) in variants.iter().zip(wall_times(denoiser, &variants)?) {
+        let settings = variant.settings();
+        let (image, models) = denoiser.denoised(&settings)?;
+        let (alone, _) = denoiser.denoised(&Settings { mix_temporal_mean: false, ..settings })?;
+        let windows = denoiser.debug_view(&settings, DebugView::Windows)?;
+        let pixels = f64::from(reference.width) * f64::from(reference.height);
+        let report = VariantReport {
+            name: variant.name,
+            centres: variant.centres_label(),
+            windows: variant.windows_label(),
+            models,
+            pixels_per_model: pixels / f64::from(models.max(1)),
+            output: compare(&image, reference)?,
+            models_alone: compare(&alone, reference)?,
+            wall_ms,
+        };
+        measured.push(Measured { report, centres: draw_centres(&image, &windows), image });
+    }
+    Ok(measured)
+}
+
+/// Median milliseconds of each variant. They take turns, so that what else the machine does meets all alike.
+fn wall_times(denoiser: &mut StillDenoiser<'_>, variants: &[Variant]) -> Result<Vec<f64>> {
+    let mut samples = vec![Vec::new(); variants.len()];
+    for round in 0..WARM_UP + TIMED {
+        for (variant, samples) in variants.iter().zip(&mut samples) {
+            let ms = denoiser.run(&variant.settings(), None)?;
+            if round >= WARM_UP {
+                samples.push(ms);
+            }
+        }
+    }
+    Ok(samples.into_iter().filter_map(median).collect())
+}
+
+/// Share of a colour that is left where the tint has none of it, and the least light, so that black dots show everywhere.
+const PALE: f32 = 0.35;
+const LEAST_LIGHT: f32 = 0.45;
+/// What the view of windows shows full colours as.
+const FULL_TINT: f32 = 0.6;
+
+/// The image in grey, tinted by the view of windows, whose white dots, one per centre, become black.
+fn draw_centres(image: &ImageRgb, windows: &ImageRgb) -> Vec<u8> {
+    let shade = |(image, windows): (&[f32; 3], &[f32; 3])| {
+        let is_dot = windows.iter().all(|&value| value > 0.99);
+        let is_sky = windows.iter().all(|&value| value == 0.0);
+        let light = LEAST_LIGHT + (1.0 - LEAST_LIGHT) * display_from_linear(image[1]);
+        let tint = |value: f32| if is_sky { 1.0 } else { PALE + (1.0 - PALE) * (value / FULL_TINT).min(1.0) };
+        windows.map(|value| if is_dot { 0 } else { (255.0 * light * tint(value)).round() as u8 })
+    };
+    image.pixels.iter().zip(&windows.pixels).flat_map(shade).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn centres_are_black_and_windows_have_their_colour() {
+        let image = ImageRgb::from_fn(3, 1, |_, _| [1e9; 3]);
+        let windows = ImageRgb::from_fn(3, 1, |x, _| [[1.0; 3], [0.6, 0.0, 0.0], [0.0; 3]][x as usize]);
+        assert_eq!(draw_centres(&image, &windows), [0, 0, 0, 255, 89, 89, 255, 255, 255]);
+    }
+}
