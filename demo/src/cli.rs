@@ -5,6 +5,7 @@ use crate::method::Method;
 use crate::record::{RecordOptions, record};
 use crate::render::{RenderOptions, render};
 use crate::replay::{ReplayOptions, replay};
+use crate::settings_args::SettingsArgs;
 use crate::study::{Rect, StudyOptions, study};
 use crate::walk::{References, WalkOptions, load_scene};
 use crate::walkthrough::Walkthrough;
@@ -146,9 +147,8 @@ pub struct ReplayArgs {
     /// How to denoise
     #[arg(long, value_enum, default_value_t = Method::Quell)]
     pub method: Method,
-    /// Frames that history may count for, 1 to 1024; higher is smoother, lower follows changes sooner
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub max_history: Option<u16>,
+    #[command(flatten)]
+    pub settings: SettingsArgs,
 }
 
 /// `quell-demo study`
@@ -256,7 +256,7 @@ fn run_replay(args: ReplayArgs) -> Result<()> {
         capture: args.capture,
         out: args.out.clone(),
         method: args.method,
-        max_history: args.max_history.map(f32::from),
+        settings: args.settings,
     })?;
     say(&match report {
         Some(report) => report.table(),

@@ -15,6 +15,7 @@ pub mod render;
 pub mod replay;
 pub mod report;
 pub mod scene;
+pub mod settings_args;
 #[cfg(test)]
 mod shader_check;
 pub mod study;

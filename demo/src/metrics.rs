@@ -19,6 +19,8 @@ pub struct FrameMetrics {
     pub flip: f64,
     /// mean((I - R)^2 / (R^2 + 0.01)) on linear values; 0 is equal.
     pub relative_mse: f64,
+    /// (sum I / sum R - 1) in percent, on linear values: energy lost (below 0) or won.
+    pub bias_percent: f64,
 }
 
 /// Why images cannot be compared.
@@ -42,6 +44,7 @@ pub fn compare(image: &ImageRgb, reference: &ImageRgb) -> Result<FrameMetrics, M
         ssim: ssim(&shown, &target, image.width as usize, image.height as usize),
         flip: flip(image, reference),
         relative_mse: relative_mse(image, reference),
+        bias_percent: bias_percent(image, reference),
     })
 }
 
@@ -94,6 +97,14 @@ fn mse(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
 /// The peak is 1.
 fn psnr_from_mse(mse: f64) -> f64 {
     if mse == 0.0 { f64::INFINITY } else { -10.0 * mse.log10() }
+}
+
+fn bias_percent(image: &ImageRgb, reference: &ImageRgb) -> f64 {
+    let sum = |image: &ImageRgb| image.pixels.iter().flatten().copied().map(f64::from).sum::<f64>();
+    match (sum(image), sum(reference)) {
+        (image, reference) if image == reference => 0.0,
+        (image, reference) => 100.0 * (image / reference - 1.0),
+    }
 }
 
 fn relative_mse(image: &ImageRgb, reference: &ImageRgb) -> f64 {

@@ -5,8 +5,8 @@ use crate::gpu::Gpu;
 use crate::image::ImageRgb;
 use crate::method::{Method, MethodFrame, MethodRunner};
 use crate::report::{QualityRecorder, QualityReport};
+use crate::settings_args::SettingsArgs;
 use anyhow::{Context, Result, ensure};
-use quell::Settings;
 use std::path::{Path, PathBuf};
 
 /// What to replay, how, and where to.
@@ -17,8 +17,7 @@ pub struct ReplayOptions {
     /// Folder for `frame_<number>.exr` and `.png`, created where needed, and `metrics.json`.
     pub out: PathBuf,
     pub method: Method,
-    /// Overrides `Settings::max_history`.
-    pub max_history: Option<f32>,
+    pub settings: SettingsArgs,
 }
 
 /// Denoises every frame of a capture and writes the results. Returns the metrics where the capture has references.
@@ -30,8 +29,7 @@ pub fn replay(options: &ReplayOptions) -> Result<Option<QualityReport>> {
 
     let gpu = Gpu::new()?;
     let header = *capture.header();
-    let mut settings = Settings { far: header.far, ..Settings::default() };
-    settings.max_history = options.max_history.unwrap_or(settings.max_history);
+    let settings = options.settings.settings(header.far);
     let mut runner = MethodRunner::new(&gpu, options.method, header.width, header.height)?;
     let mut gbuffer = None;
     let mut quality = QualityRecorder::new();
@@ -50,6 +48,7 @@ pub fn replay(options: &ReplayOptions) -> Result<Option<QualityReport>> {
         let image = ImageRgb::read_back(&gpu, output.texture())?;
         image.write_exr(&options.out.join(format!("frame_{i:04}.exr")))?;
         image.write_png(&options.out.join(format!("frame_{i:04}.png")))?;
+        quality.add_models(runner.models());
         quality.add(i, image, frame.reference_image()).with_context(|| format!("metrics of frame {i}"))?;
         progress.inc(1);
     }

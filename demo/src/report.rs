@@ -39,6 +39,9 @@ pub struct QualityReport {
     pub width: u32,
     pub height: u32,
     pub mean: MeanReport,
+    /// Linear models per frame, where the method has any; a mean over all frames.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub models: Option<f64>,
     /// Frames with a reference, in order.
     pub frames: Vec<FrameReport>,
 }
@@ -49,11 +52,18 @@ pub struct QualityRecorder {
     frames: Vec<FrameReport>,
     /// Image and reference of the frame before, where it had one.
     previous: Option<(ImageRgb, ImageRgb)>,
+    /// Linear models of each frame that told.
+    models: Vec<f64>,
 }
 
 impl QualityRecorder {
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// Adds what a frame came to, where the method tells.
+    pub fn add_models(&mut self, models: Option<u32>) {
+        self.models.extend(models.map(f64::from));
     }
 
     /// Adds the next frame of the sequence; without a reference it only interrupts the temporal metric.
@@ -99,9 +109,11 @@ impl QualityRecorder {
                     ssim: mean_of(|m| m.ssim),
                     flip: mean_of(|m| m.flip),
                     relative_mse: mean_of(|m| m.relative_mse),
+                    bias_percent: mean_of(|m| m.bias_percent),
                 },
                 tpsnr_db: (!tpsnr.is_empty()).then(|| mean(tpsnr)),
             },
+            models: (!self.models.is_empty()).then(|| mean(self.models)),
             frames: self.frames,
         })
     }
@@ -115,6 +127,10 @@ impl QualityReport {
             let _ = write!(out, "{:>6}{}", frame.frame, columns(&frame.metrics, frame.tpsnr_db));
         }
         let _ = write!(out, "{:>6}{}", "mean", columns(&self.mean.metrics, self.mean.tpsnr_db));
+        if let Some(models) = self.models {
+            let pixels = f64::from(self.width) * f64::from(self.height);
+            let _ = writeln!(out, "{models:.0} models a frame, one per {:.1} pixels", pixels / models);
+        }
         out
     }
 
@@ -124,12 +140,13 @@ impl QualityReport {
 }
 
 /// Headings of [`columns`].
-pub const HEADINGS: &str = "     PSNR     SSIM     FLIP       rMSE    tPSNR\n";
+pub const HEADINGS: &str = "     PSNR     SSIM     FLIP       rMSE  bias, %    tPSNR\n";
 
 /// The metrics of one line of a table, after its label.
 pub fn columns(m: &FrameMetrics, tpsnr_db: Option<f64>) -> String {
     let tpsnr = tpsnr_db.map_or("-".to_owned(), |t| format!("{t:.2}"));
-    format!(" {:>8.2} {:>8.4} {:>8.4} {:>10.5} {tpsnr:>8}\n", m.psnr_db, m.ssim, m.flip, m.relative_mse)
+    let FrameMetrics { psnr_db, ssim, flip, relative_mse, bias_percent } = m;
+    format!(" {psnr_db:>8.2} {ssim:>8.4} {flip:>8.4} {relative_mse:>10.5} {bias_percent:>8.2} {tpsnr:>8}\n")
 }
 
 /// Writes a report as indented JSON.
