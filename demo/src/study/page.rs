@@ -41,7 +41,7 @@ fn page(report: &StudyReport, pairs: &[Vec<[f64; 2]>], pictures: &Pictures<'_>) 
     let histograms = report.windows.iter().zip(pairs).map(|(window, pairs)| {
         let Correlation { pearson_log, spearman, .. } = window.expected;
         format!(
-            "<figure><figcaption>windows of {} pixels <small>Pearson on logs {}, Spearman {}</small></figcaption>{}\
+            "<figure><figcaption>windows of {} pixels<br><small>Pearson on logs {}, Spearman {}</small></figcaption>{}\
              </figure>",
             window.width_px,
             number(pearson_log),
