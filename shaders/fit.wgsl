@@ -46,14 +46,14 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
     let place = vec2(centre % frame.tiles.x, centre / frame.tiles.x);
     load_window(place, frame.tiles, window_count(frame.widest_window), lane);
 
-    var error = 0.0;  // of the models on the rings about them
-    var tested = 0.0; // weight of these rings
+    var error = 0.0;  // of the innermost model, then of each model on the ring about its window
+    var tested = 0.0; // weight of what they were tested on
     var least = 1e38;
     var chosen = 0u;
     for (var radius = 0u; radius <= frame.widest_window; radius++) {
         sum_ring(radius, lane);
         workgroupBarrier();
-        if radius > 0u {
+        if radius > 1u {
             error += ring_error(lane);
             tested += ring_sums[TILE_WEIGHT];
         }
@@ -61,16 +61,17 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
         workgroupBarrier();
         solve(radius, lane);
         let residual = form_square(lane);
-        // The innermost window has as many pixels as unknowns, or nearly: it only lends its model to the first test.
-        var risk = 1e38;
-        if radius >= frame.least_window {
-            if has(frame, FLAG_MALLOWS) {
-                risk = mallows_cp(residual, radius);
-            } else {
-                risk = error / max(tested, 1e-30);
-            }
+        var risk = mallows_cp(residual, radius);
+        if radius == 1u {
+            // The tile in its middle has hardly more pixels than a model has unknowns: what it predicts of the first ring is
+            // so wrong that the sum would never forget it. So the first window is judged by Cp.
+            tested = sums[TILE_WEIGHT];
+            error = risk * tested;
         }
-        if risk < least {
+        if !has(frame, FLAG_MALLOWS) {
+            risk = error / max(tested, 1e-30);
+        }
+        if radius >= frame.least_window && risk < least {
             least = risk;
             chosen = radius;
             write_model(centre * MODEL_STRIDE, residual, risk, lane);

@@ -59,9 +59,9 @@
 //! 5. **moments** sums, for each tile of 4x4 pixels, the weighted first and second moments of features (normal, position,
 //!    1/albedo, surface id, roughness, pixel position) and colour.
 //! 6. **fit** places centres coarse to fine, each where no model reaches well yet. At a centre, nested windows of tiles grow
-//!    ring by ring: each ring tests the model of the window inside it, then joins, and the window that predicted best is
-//!    kept. A model is a ridge regression, whose ridge is a prior: steep slopes must be earned by samples. A few thousand
-//!    numbers go in, no pixel is read twice, and the result is exactly that of recursive least squares over the pixels.
+//!    ring by ring, and the one whose model has the least predicted error is kept. A model is a ridge regression, whose ridge
+//!    is a prior: steep slopes must be earned by samples. A few thousand numbers go in, no pixel is read twice, and the
+//!    result is exactly that of recursive least squares over the pixels.
 //! 7. **predict** evaluates, per pixel, the models whose windows hold it, and blends them by tents and by how well they fit.
 //! 8. **compose** compares prediction and temporal mean. What they differ by, smoothly and beyond the mean's noise, is the
 //!    models' error; it decides how the two are mixed: smooth where the models hold, sharp where no feature explains what is seen, such as a

@@ -5,12 +5,12 @@ use crate::FrameError;
 /// How each model's window is chosen, among squares of 3, 5 and 7 tiles of 4 pixels about its centre.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Windows {
-    /// The one whose growth was predicted with the least error: each ring of tiles tests the model of the window inside it.
-    /// Moon et al. 2015, section 4.2.
-    #[default]
-    RingError,
     /// The one with the least Mallows' Cp: the fit's own error and what fitting has made it too small by.
+    #[default]
     MallowsCp,
+    /// The one whose growth was predicted with the least error: each ring of tiles tests the model of the window inside it.
+    /// Moon et al. 2015, section 4.2. Takes smaller windows, and more of them, where samples are noisy.
+    RingError,
     /// All windows reach this many tiles to each side of their centre; 1 to 3.
     Fixed(u32),
 }
@@ -40,7 +40,7 @@ pub struct Settings {
     ///
     /// Higher keeps more detail and less noise; lower follows changes of the light sooner.
     pub max_history: f32,
-    /// How the windows of the models are chosen (default: by ring error).
+    /// How the windows of the models are chosen (default: by Mallows' Cp).
     pub windows: Windows,
     /// Where the models are placed (default: adaptively).
     pub centres: Centres,
@@ -65,7 +65,7 @@ impl Default for Settings {
             motion_scale: [1.0, 1.0],
             far: f32::INFINITY,
             max_history: 32.0,
-            windows: Windows::RingError,
+            windows: Windows::MallowsCp,
             centres: Centres::Adaptive,
             innovation: true,
             firefly_limit: 1.0,
