@@ -4,8 +4,8 @@ use crate::gpu::{blank, gpu, upload};
 use crate::sequence::{Frame, denoise, denoiser, frame, jittered_frame, psnr, read_output, submit, walk};
 use glam::{Mat4, Vec2, Vec3, camera::rh};
 use quell::{
-    Camera, CreateError, DebugView, Denoiser, DenoiserDescriptor, FrameError, FrameInputs, HistoryMode,
-    Settings,
+    Camera, Centres, CreateError, DebugView, Denoiser, DenoiserDescriptor, FrameError, FrameInputs,
+    HistoryMode, Settings, Windows,
 };
 use wgpu::TextureFormat as Format;
 
@@ -162,10 +162,11 @@ fn optional_images_may_be_missing() {
     assert!(psnr(&read_output(&images.output), &frame.truth) > 25.0);
 }
 
-/// Mean of the debug view `HistoryLength` over the pixels that hit something: 1 where all history was kept.
+/// Mean of the debug view `HistoryLength` over the pixels that hit something: 1 where all history was found again. What the
+/// innovation takes from it is left out: these tests are about where history is looked for.
 fn history_kept(quell: &mut Denoiser, frames: &[Frame]) -> f32 {
     let lengths = blank(frames[0].size, Format::Rgba16Float);
-    let settings = Settings { max_history: frames.len() as f32, ..Settings::default() };
+    let settings = Settings { max_history: frames.len() as f32, innovation: false, ..Settings::default() };
     for frame in frames {
         let images = frame.upload();
         let inputs = FrameInputs {
@@ -412,12 +413,18 @@ fn wrong_settings_and_cameras_are_named() {
     let settings = [
         (Settings { max_history: 0.0, ..Settings::default() }, "max_history"),
         (Settings { max_history: f32::NAN, ..Settings::default() }, "max_history"),
-        (Settings { window_radius_tiles: 4, ..Settings::default() }, "window_radius_tiles"),
+        (Settings { windows: Windows::Fixed(0), ..Settings::default() }, "windows"),
+        (Settings { windows: Windows::Fixed(4), ..Settings::default() }, "windows"),
+        (Settings { centres: Centres::Uniform(0), ..Settings::default() }, "centres"),
+        (Settings { centres: Centres::Uniform(3), ..Settings::default() }, "centres"),
+        (Settings { firefly_limit: 0.0, ..Settings::default() }, "firefly_limit"),
+        (Settings { firefly_limit: f32::NAN, ..Settings::default() }, "firefly_limit"),
         (Settings { far: -1.0, ..Settings::default() }, "far"),
         (Settings { motion_scale: [f32::NAN, 1.0], ..Settings::default() }, "motion_scale"),
     ];
     for (settings, name) in settings {
-        assert!(refusal(&mut quell, &good, &settings).to_string().contains(name));
+        let message = refusal(&mut quell, &good, &settings).to_string();
+        assert!(message.contains(&format!("`{name}`")), "{message}");
     }
     let mut cameras = [frame.camera; 6];
     cameras[4].view_from_world = cameras[4].view_from_world.transpose();

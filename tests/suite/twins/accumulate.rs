@@ -1,13 +1,13 @@
 //! `accumulate` against its f64 twin.
 
 use super::surface::{position_of, same_surface};
-use super::{guide, luminance, mismatches, random_history, run, uniforms, wide};
-use crate::gpu::{blank, download, gpu, upload};
+use super::{guide, luminance, mismatches, random_history, random_noise, random_signal, run, uniforms, wide};
+use crate::gpu::{blank, download, gpu, upload, upload_buffer};
 use crate::sequence::frame;
 use glam::{DVec2, Vec3};
 use quell::gpu::FrameUniforms;
 use quell::passes::accumulate::{Accumulate, AccumulateViews};
-use rand::{Rng, SeedableRng, rngs::StdRng};
+use rand::{SeedableRng, rngs::StdRng};
 use wgpu::TextureFormat as Format;
 
 const SIZE: [u32; 2] = [61, 47];
@@ -50,17 +50,8 @@ fn matches_its_twin_on_random_history() {
     let u = uniforms(&frame, &frame);
     let (words, surfaces) = guide(&frame);
     let old = random_history(&mut random, surfaces.len());
-    let old_noise: Vec<[f32; 2]> =
-        surfaces.iter().map(|_| [random.random_range(0.0..2.0), random.random_range(-1.0..1.0)]).collect();
-    let signal: Vec<[half::f16; 4]> = surfaces
-        .iter()
-        .map(|surface| {
-            let samples =
-                if surface.is_miss() { 0 } else { [0, 1, 1, 2, 3, 8, 40][random.random_range(0..7)] };
-            let colour = if samples == 0 { 0.0 } else { random.random_range(0.0..8.0_f32) };
-            [colour, colour, 0.5 * colour, samples as f32].map(half::f16::from_f32)
-        })
-        .collect();
+    let old_noise = random_noise(&mut random, surfaces.len());
+    let signal = random_signal(&mut random, &surfaces);
     let (history, noise) = (blank(SIZE, Format::Rgba16Float), blank(SIZE, Format::Rg32Float));
     let pass = Accumulate::new(&gpu().device);
     run(&u, |recorder| {
@@ -69,6 +60,7 @@ fn matches_its_twin_on_random_history() {
             guide: &upload(SIZE, Format::Rgba32Uint, &words),
             reprojected: &upload(SIZE, Format::Rgba16Float, &old),
             reprojected_noise: &upload(SIZE, Format::Rg32Float, &old_noise),
+            innovations: &upload_buffer(&[0.0; 4]),
             history: &history,
             noise: &noise,
         };
