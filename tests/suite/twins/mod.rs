@@ -3,6 +3,7 @@
 mod accumulate;
 mod change;
 mod compose;
+mod fit;
 mod moments;
 mod predict;
 mod regression;
