@@ -29,6 +29,30 @@ fn odd_sizes_work() {
 }
 
 #[test]
+fn all_ways_to_place_and_fit_models_work_at_odd_sizes() {
+    let windows = [Windows::RingError, Windows::MallowsCp, Windows::Fixed(1), Windows::Fixed(3)];
+    let centres = [Centres::Adaptive, Centres::Uniform(1), Centres::Uniform(2), Centres::Uniform(4)];
+    let pairs = windows.into_iter().flat_map(|w| centres.into_iter().map(move |c| (w, c)));
+    for (i, (windows, centres)) in pairs.enumerate() {
+        for size in [[1, 1], [17, 9], [61, 43]] {
+            let mut quell = denoiser(size);
+            let innovation = i % 2 == 0;
+            let firefly_limit = if i % 3 == 0 { 3.0 } else { f32::INFINITY };
+            let settings = Settings { windows, centres, innovation, firefly_limit, ..Settings::default() };
+            let frames = walk(size, 3, Vec3::new(0.02, 0.0, 0.0), 3);
+            let (mut last, mut truth) = (vec![], vec![]);
+            for frame in frames {
+                last = denoise(&mut quell, &frame, &settings);
+                assert_sound(&last);
+                truth = frame.truth;
+            }
+            let quality = psnr(&last, &truth);
+            assert!(size == [1, 1] || quality > 20.0, "{size:?} {windows:?} {centres:?}: {quality:.1} dB");
+        }
+    }
+}
+
+#[test]
 fn an_empty_size_is_refused() {
     for (width, height) in [(0, 0), (0, 5), (5, 0)] {
         let error = Denoiser::new(&gpu().device, &DenoiserDescriptor { width, height }).unwrap_err();
