@@ -43,11 +43,13 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let alpha = k / count;
+    // What is new in this sample is less than what it differs by from the mean before it, which is noisy too; as noisy as
+    // its samples make it, even where they count for less because the light changed.
+    let new_share = relit.samples / (relit.samples + k);
     let mean = mix(old.rgb, sample.rgb, alpha);
     let d = luminance(sample.rgb) - luminance(old.rgb);
     var v = 0.0;
-    // What is new in this sample is less than what it differs by from the mean before it, which is noisy too.
-    var innovation = sqrt(1.0 - alpha) * d;
+    var innovation = sqrt(new_share) * d;
     let first = alpha == 1.0; // nothing of the past is left: only the neighbours tell what is new
     if first || count < LEAST_SAMPLES {
         let spread = spatial_spread(id.xy);
@@ -56,8 +58,8 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
             innovation = luminance(sample.rgb) - spread.mean;
         }
     } else {
-        // Unbiased where v was: E[d^2] = v (1/k + 1/(count - k)), so (1 - alpha) k d^2 estimates v.
-        v = (1.0 - alpha) * (old_noise.x + alpha * k * d * d);
+        // Unbiased where v was: E[d^2] = v (1/k + 1/n) with n samples before, so n / (n + k) k d^2 estimates v.
+        v = mix(old_noise.x, new_share * k * d * d, alpha);
     }
     // The same recursion and the same resampling as the mean's, but its sign flips with every sample: the signal cancels, the
     // noise stays. So its square is about the mean's variance, however history was blended and resampled. Flipping, and not
@@ -71,6 +73,7 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
 struct Relit {
     history: vec4<f32>,
     noise: vec2<f32>,
+    samples: f32, // that are in it
     most: f32, // luminance of a sample beyond which it is a firefly
 }
 
@@ -81,7 +84,7 @@ const MOST_BRIGHTENING = 16.0; // of a history's noise: more is measured anew
 fn relight(pixel: vec2<u32>) -> Relit {
     let old = textureLoad(reprojected, pixel, 0);
     let old_noise = textureLoad(reprojected_noise, pixel, 0).xy;
-    var relit = Relit(old, old_noise, HALF_MAX);
+    var relit = Relit(old, old_noise, min(old.w, frame.max_history), HALF_MAX);
     let surface = unpack_surface(textureLoad(guide, pixel, 0));
     if is_miss(surface) || old.w <= 0.0 || !has(frame, FLAG_INNOVATION) {
         return relit;
@@ -92,6 +95,7 @@ fn relight(pixel: vec2<u32>) -> Relit {
     let f = place - floor(place);
     var sum = vec4(0.0);
     var spread = 0.0;
+    var slope = 0.0; // of the change of luminance by that of the history
     for (var i = 0; i < 4; i++) {
         let step = vec2(i & 1, i >> 1u);
         let region = corner + step;
@@ -104,6 +108,8 @@ fn relight(pixel: vec2<u32>) -> Relit {
             let sides = select(1.0 - f, f, step == vec2(1));
             let weight = sides.x * sides.y;
             sum += weight * vec4(predicted_change(start, z), 1.0);
+            slope += weight
+                * dot(LUMINANCE, innovation_vector(start + INNOVATION_SLOPE + SURFACE_FEATURES * CHANNELS));
             spread += weight * sqrt(samples * innovations[start + INNOVATION_VARIANCE]);
         }
     }
@@ -116,7 +122,7 @@ fn relight(pixel: vec2<u32>) -> Relit {
     // Kalman: the more a sample would have moved the history, the less the history is worth.
     let doubt = KALMAN_GAIN * old.w * change * change / max(old_noise.x, 1e-12);
     relit.history = vec4(moved, old.w / (1.0 + doubt));
-    relit.noise = old_noise * vec2(gain * gain, gain);
+    relit.noise = old_noise * vec2(gain * gain, 1.0 + slope / sum.w);
     relit.most = luminance(moved) + frame.firefly_limit * spread / sum.w;
     return relit;
 }

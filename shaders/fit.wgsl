@@ -21,6 +21,7 @@
 @group(0) @binding(9) var<storage, read_write> coverage: array<atomic<u32>>;
 
 const WINDOW_TILES = 49u;
+const RIDGE = 1e-3; // of the total weight
 
 // Of the window so far, and of the ring about it: weight, noises and columns about the origin; squares about the origin.
 var<workgroup> sums: array<f32, TILE_STRIDE>;

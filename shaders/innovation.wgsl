@@ -14,6 +14,7 @@
 @group(0) @binding(3) var<storage, read> tile_squares_high: array<f32>;
 @group(0) @binding(4) var<storage, read_write> innovations: array<f32>;
 
+const RIDGE = 0.3; // of the total weight: a few pixels with features of their own are no light
 const HISTORY = SURFACE_FEATURES; // the feature of this pass's own
 const TILE_LENGTH = TILE_EXPECTED; // samples in the history
 
@@ -43,8 +44,11 @@ fn innovation(@builtin(workgroup_id) region: vec3<u32>, @builtin(local_invocatio
         ridge_priors[lane] = means[TILE_VARIANCE] / (level * level) * unit * unit;
     }
     if lane < CHANNELS {
-        // The history's own noise is in the change too, with the other sign, and would pass for light that left.
-        ridge_squares[square_index(HISTORY, FEATURES + lane)] += means[TILE_FOUND] * weight;
+        // The history's own noise is in the change too, with the other sign, and would pass for light that left. It
+        // explains no more than there is.
+        let product = square_index(HISTORY, FEATURES + lane);
+        let found = ridge_squares[product];
+        ridge_squares[product] = min(found + means[TILE_FOUND] * weight, max(found, 0.0));
     }
     workgroupBarrier();
     ridge_solve(weight, lane);
@@ -73,7 +77,7 @@ fn light_level() -> f32 {
 // sample, and T what noise alone explains by as many unknowns once in as many frames as the history is long.
 fn significant_share(samples: f32, weight: f32) -> f32 {
     var explained = weight * luminance(mean_change()) * luminance(mean_change());
-    var unknowns = 1.0;
+    let unknowns = f32(FEATURES + 1u);
     var total = 0.0;
     for (var i = 0u; i < FEATURES; i++) {
         var slope = 0.0;
@@ -83,10 +87,6 @@ fn significant_share(samples: f32, weight: f32) -> f32 {
             product += LUMINANCE[c] * ridge_squares[square_index(i, FEATURES + c)];
         }
         explained += slope * product;
-        // A feature that the ridge holds back is less than an unknown.
-        let scale = ridge_scales[i] * ridge_scales[i];
-        let known = ridge_squares[square_index(i, i)] * scale;
-        unknowns += known / max(known + RIDGE * weight + ridge_priors[i] * scale, 1e-30);
     }
     for (var c = 0u; c < CHANNELS; c++) {
         for (var d = 0u; d < CHANNELS; d++) {
@@ -104,7 +104,8 @@ fn significant_share(samples: f32, weight: f32) -> f32 {
     if samples <= unknowns || explained <= 0.0 {
         return 0.0;
     }
-    return max(1.0 - chance * variance / explained, 0.0);
+    let doubt = chance * variance / explained;
+    return max(1.0 - doubt * doubt, 0.0);
 }
 
 fn write_model(start: u32, samples: f32, lane: u32) {

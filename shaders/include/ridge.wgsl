@@ -7,7 +7,6 @@
 // Source: Hoerl and Kennard, "Ridge Regression", Technometrics 1970; elimination of a symmetric matrix as L D L^T.
 
 const RIDGE_LANES = 64u;
-const RIDGE = 1e-3; // of the total weight
 
 var<workgroup> ridge_squares: array<f32, SQUARES>;                  // in: sum w (z - mean z)(z - mean z)^T
 var<workgroup> ridge_floors: array<f32, FEATURES>;                  // in: least deviation that counts
