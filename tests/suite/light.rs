@@ -4,22 +4,13 @@ use crate::sequence::{Frame, Light, denoise, denoiser, frame, lit_frame, lit_wal
 use glam::Vec3;
 use quell::Settings;
 
-const SIZE: [u32; 2] = [192, 108];
+const SIZE: [u32; 2] = [128, 72];
 const SMALL: [u32; 2] = [96, 54];
 const EYE: Vec3 = Vec3::new(0.0, 1.4, 1.0);
 
-const ON: Settings = Settings { innovation: true, ..DEFAULTS };
-const OFF: Settings = Settings { innovation: false, ..DEFAULTS };
-const DEFAULTS: Settings = Settings {
-    motion_scale: [1.0, 1.0],
-    far: f32::INFINITY,
-    max_history: 32.0,
-    windows: quell::Windows::RingError,
-    centres: quell::Centres::Adaptive,
-    innovation: true,
-    firefly_limit: f32::INFINITY,
-    mix_temporal_mean: true,
-};
+fn with(innovation: bool) -> Settings {
+    Settings { innovation, ..Settings::default() }
+}
 
 /// Quality of each frame of a sequence, in dB.
 fn qualities(frames: &[Frame], settings: &Settings) -> Vec<f64> {
@@ -29,9 +20,9 @@ fn qualities(frames: &[Frame], settings: &Settings) -> Vec<f64> {
 
 /// By how much innovation helps in the two frames after each of the `switches`.
 fn gains_after(frames: &[Frame], switches: &[usize]) -> Vec<f64> {
-    let (with, without) = (qualities(frames, &ON), qualities(frames, &OFF));
-    println!("with    {with:.1?}\nwithout {without:.1?}");
-    switches.iter().flat_map(|&at| [at, at + 1]).map(|i| with[i] - without[i]).collect()
+    let (on, off) = (qualities(frames, &with(true)), qualities(frames, &with(false)));
+    println!("with    {on:.1?}\nwithout {off:.1?}");
+    switches.iter().flat_map(|&at| [at, at + 1]).map(|i| on[i] - off[i]).collect()
 }
 
 /// Dark for as long as history is, so that without innovation the image has come to rest as well.
@@ -57,7 +48,7 @@ fn one_of_two_lights_is_followed() {
     println!("gain in the two frames after each switch of the lamp: {gains:.2?} dB");
     let gains_of_sun = gains_after(&switched(Light { lamp: 1.0, sun: 0.0 }), &SWITCHES);
     println!("and of the sun: {gains_of_sun:.2?} dB");
-    assert!(gains.iter().chain(&gains_of_sun).all(|&gain| gain > 0.0), "{gains:.2?} {gains_of_sun:.2?}");
+    assert!(gains.iter().chain(&gains_of_sun).all(|&gain| gain > 5.0), "{gains:.2?} {gains_of_sun:.2?}");
 }
 
 /// Mean over pixels of the variance over frames, of a still view in constant light after `warm_up` frames.
@@ -84,7 +75,7 @@ fn flicker(settings: &Settings, warm_up: u64, frames: u64) -> f64 {
 fn constant_light_flickers_no_more_with_innovation() {
     for max_history in [32.0, 1024.0] {
         let of = |settings| flicker(&Settings { max_history, ..settings }, 48, 48);
-        let ratio = of(ON) / of(OFF);
+        let ratio = of(with(true)) / of(with(false));
         println!("temporal variance with innovation over that without, history of {max_history}: {ratio:.3}");
         assert!(ratio <= 1.1, "history of {max_history}: {ratio}");
     }
@@ -106,10 +97,10 @@ fn innovation_does_not_stop_convergence() {
         }
         at
     };
-    let (with, without) = (of(ON), of(OFF));
-    println!("still view after 1, 8, 32, 128 frames: {with:.2?} dB, without innovation {without:.2?} dB");
-    assert!(with.is_sorted_by(|a, b| *b > *a + 0.7), "{with:?}");
-    assert!(with.iter().zip(&without).all(|(with, without)| *with > without - 0.5), "{with:?} {without:?}");
+    let (on, off) = (of(with(true)), of(with(false)));
+    println!("still view after 1, 8, 32, 128 frames: {on:.2?} dB, without innovation {off:.2?} dB");
+    assert!(on.is_sorted_by(|a, b| *b > *a + 1.0), "{on:?}");
+    assert!(on.iter().zip(&off).all(|(on, off)| *on > off - 0.5), "{on:?} {off:?}");
 }
 
 /// Sum of absolute differences of two images.
@@ -117,7 +108,9 @@ fn distance(a: &[[f32; 3]], b: &[[f32; 3]]) -> f32 {
     a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b).abs()).sum()
 }
 
-const LIMITED: Settings = Settings { firefly_limit: 3.0, ..DEFAULTS };
+fn limited() -> Settings {
+    Settings { firefly_limit: 3.0, ..Settings::default() }
+}
 
 #[test]
 fn a_firefly_is_cut() {
@@ -130,11 +123,11 @@ fn a_firefly_is_cut() {
         }
         frames.iter().map(|frame| denoise(&mut quell, frame, settings)).skip(8).collect()
     };
-    let changes = |settings| -> Vec<f32> {
+    let changes = |settings: &Settings| -> Vec<f32> {
         let (with, without) = (images(settings, true), images(settings, false));
         with.iter().zip(&without).map(|(with, without)| distance(with, without)).collect()
     };
-    let (limited, unlimited) = (changes(&LIMITED), changes(&ON));
+    let (limited, unlimited) = (changes(&limited()), changes(&with(true)));
     println!("what a sample of 1e4 changes, in sum: {limited:.1?}, without limit {unlimited:.1?}");
     assert!(limited.iter().zip(&unlimited).all(|(limited, unlimited)| limited < unlimited));
     assert!(limited.iter().sum::<f32>() < 0.75 * unlimited.iter().sum::<f32>());
@@ -146,7 +139,7 @@ fn light_from_darkness_is_not_cut_for_good() {
     let frames: Vec<Frame> = (0..40)
         .map(|i| lit_frame(SMALL, EYE, EYE, 6000 + i, Light::all(if i < 8 { 0.0 } else { 1.0 })))
         .collect();
-    let (limited, unlimited) = (qualities(&frames, &LIMITED), qualities(&frames, &ON));
+    let (limited, unlimited) = (qualities(&frames, &limited()), qualities(&frames, &with(true)));
     println!("light from darkness: {:.1?} dB, without limit {:.1?} dB", &limited[6..], &unlimited[6..]);
     assert!(limited[39] > unlimited[39] - 1.0, "{} {}", limited[39], unlimited[39]);
     assert!(limited[11] > unlimited[11] - 3.0, "{} {}", limited[11], unlimited[11]);

@@ -4,6 +4,7 @@ mod accumulate;
 mod change;
 mod compose;
 mod fit;
+mod innovation;
 mod moments;
 mod predict;
 mod regression;

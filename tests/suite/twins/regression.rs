@@ -4,8 +4,6 @@
 use super::luminance;
 use crate::gpu::{download_buffer, upload_buffer};
 
-const RIDGE: f64 = 1e-3;
-
 /// A pixel: its weight, then features and colour.
 pub type Row<const N: usize> = (f64, [f64; N]);
 
@@ -45,15 +43,15 @@ impl<const N: usize> Moments<N> {
         (0..N - 3).map(|i| 1.0 / deviation(i).max(floors[i])).collect()
     }
 
-    /// Slopes per feature and channel. `priors` are in the features' own units.
-    pub fn slopes(&self, floors: &[f64], priors: &[f64]) -> Vec<[f64; 3]> {
+    /// Slopes per feature and channel. The ridge is a share of the weight; `priors` are in the features' own units.
+    pub fn slopes(&self, ridge: f64, floors: &[f64], priors: &[f64]) -> Vec<[f64; 3]> {
         if self.weight <= 0.0 {
             return vec![[0.0; 3]; N - 3];
         }
         let scales = self.scales(floors);
         let mut system: Vec<Vec<f64>> = (0..N - 3)
             .map(|i| {
-                let ridge = RIDGE * self.weight + priors[i] * scales[i] * scales[i];
+                let ridge = ridge * self.weight + priors[i] * scales[i] * scales[i];
                 let features = (0..N - 3)
                     .map(|j| scales[i] * scales[j] * self.squares[i][j] + if i == j { ridge } else { 0.0 });
                 features.chain((N - 3..N).map(|j| scales[i] * self.squares[i][j])).collect()

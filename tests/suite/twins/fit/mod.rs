@@ -17,6 +17,7 @@ use quell::passes::fit::{Fit, FitViews};
 use quell::{Centres, Windows};
 
 const F: usize = MODELS.features as usize;
+const RIDGE: f64 = 1e-3;
 
 /// What the pass left behind.
 struct Found {
@@ -90,7 +91,7 @@ impl Candidate {
 }
 
 /// Tiles of a window's ring about a centre.
-fn ring(grid: [u32; 2], centre: usize, radius: i64) -> Vec<usize> {
+pub fn ring(grid: [u32; 2], centre: usize, radius: i64) -> Vec<usize> {
     let [columns, rows] = grid.map(i64::from);
     let (cx, cy) = (centre as i64 % columns, centre as i64 / columns);
     let offsets = (-radius..=radius).flat_map(|y| (-radius..=radius).map(move |x| (x, y)));
@@ -179,5 +180,5 @@ fn priors(mean: &[f64; N], relative_noise: f64, radius: u32) -> Vec<f64> {
 }
 
 fn ridge(moments: &Moments<N>, mean: &[f64; N], relative_noise: f64, radius: u32) -> Vec<[f64; 3]> {
-    moments.slopes(&floors(mean), &priors(mean, relative_noise, radius))
+    moments.slopes(RIDGE, &floors(mean), &priors(mean, relative_noise, radius))
 }

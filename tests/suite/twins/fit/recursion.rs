@@ -3,10 +3,8 @@
 use super::super::moments::N;
 use super::super::regression::{Model, Moments, Row};
 use super::tiles::random_rows;
-use super::{F, floors, priors, ridge};
+use super::{F, RIDGE, floors, priors, ridge};
 use rand::{SeedableRng, rngs::StdRng};
-
-const RIDGE: f64 = 1e-3;
 
 /// Recursive least squares over pixels, as in the paper: P starts at the inverse of the ridge (for the constant, large),
 /// each pixel updates it and the coefficients. Features are centred and scaled; the first coefficient is the constant.
