@@ -108,8 +108,10 @@ fn distance(a: &[[f32; 3]], b: &[[f32; 3]]) -> f32 {
     a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b).abs()).sum()
 }
 
-fn limited() -> Settings {
-    Settings { firefly_limit: 3.0, ..Settings::default() }
+/// Settings with the limit of the defaults, and without.
+fn limits() -> [Settings; 2] {
+    [Settings::default().firefly_limit, f32::INFINITY]
+        .map(|firefly_limit| Settings { firefly_limit, ..Settings::default() })
 }
 
 #[test]
@@ -127,7 +129,7 @@ fn a_firefly_is_cut() {
         let (with, without) = (images(settings, true), images(settings, false));
         with.iter().zip(&without).map(|(with, without)| distance(with, without)).collect()
     };
-    let (limited, unlimited) = (changes(&limited()), changes(&with(true)));
+    let [limited, unlimited] = limits().map(|settings| changes(&settings));
     println!("what a sample of 1e4 changes, in sum: {limited:.1?}, without limit {unlimited:.1?}");
     assert!(limited.iter().zip(&unlimited).all(|(limited, unlimited)| limited < unlimited));
     assert!(limited.iter().sum::<f32>() < 0.75 * unlimited.iter().sum::<f32>());
@@ -139,7 +141,7 @@ fn light_from_darkness_is_not_cut_for_good() {
     let frames: Vec<Frame> = (0..40)
         .map(|i| lit_frame(SMALL, EYE, EYE, 6000 + i, Light::all(if i < 8 { 0.0 } else { 1.0 })))
         .collect();
-    let (limited, unlimited) = (qualities(&frames, &limited()), qualities(&frames, &with(true)));
+    let [limited, unlimited] = limits().map(|settings| qualities(&frames, &settings));
     println!("light from darkness: {:.1?} dB, without limit {:.1?} dB", &limited[6..], &unlimited[6..]);
     assert!(limited[39] > unlimited[39] - 1.0, "{} {}", limited[39], unlimited[39]);
     assert!(limited[11] > unlimited[11] - 3.0, "{} {}", limited[11], unlimited[11]);
