@@ -106,6 +106,11 @@ pub fn download<T: bytemuck::Pod>(view: &wgpu::TextureView) -> Vec<T> {
 
 /// Contents of a storage buffer.
 pub fn download_buffer(source: &wgpu::Buffer) -> Vec<f32> {
+    bytemuck::cast_vec(download_words(source))
+}
+
+/// As [`download_buffer`], of unsigned numbers.
+pub fn download_words(source: &wgpu::Buffer) -> Vec<u32> {
     let gpu = gpu();
     let buffer = readable(source.size());
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -131,9 +136,14 @@ fn map(buffer: &wgpu::Buffer) -> Vec<u8> {
 
 /// A storage buffer with the given contents.
 pub fn upload_buffer(contents: &[f32]) -> wgpu::Buffer {
+    upload_words(bytemuck::cast_slice(contents))
+}
+
+/// As [`upload_buffer`], of unsigned numbers. Also serves as the arguments of an indirect dispatch.
+pub fn upload_words(contents: &[u32]) -> wgpu::Buffer {
     gpu().device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: Some("test"),
         contents: bytemuck::cast_slice(contents),
-        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::INDIRECT,
     })
 }

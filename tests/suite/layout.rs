@@ -1,7 +1,7 @@
 //! Rust's mirrors of WGSL structs and constants, compared with what naga reflects.
 
-use quell::gpu::{FrameUniforms, ViewUniforms, assemble, flags};
-use quell::layout;
+use quell::gpu::{FrameUniforms, LevelUniforms, ViewUniforms, assemble, flags};
+use quell::layout::{self, Columns};
 use std::mem::offset_of;
 use wgpu::naga;
 
@@ -45,19 +45,21 @@ fn frame_uniforms_match_the_wgsl() {
         far,
         size,
         tiles,
-        centres,
-        window_radius,
-        index,
+        regions,
         motion_scale,
         max_history,
         flags,
+        index,
         debug_view,
+        least_window,
+        widest_window,
+        firefly_limit,
         pad_0,
-        pad_1,
-        pad_2,
+        levels,
     );
     assert_eq!(members(&module, "View"), view);
     assert_eq!(members(&module, "Frame"), frame);
+    assert_eq!(members(&module, "Level"), mirror!(LevelUniforms, stride, covered, pad_0, pad_1));
 }
 
 fn constant(module: &naga::Module, wanted: &str) -> u32 {
@@ -70,26 +72,58 @@ fn constant(module: &naga::Module, wanted: &str) -> u32 {
 
 #[test]
 fn constants_match_the_wgsl() {
-    let module = reflect("frame numbers surface features");
+    let module = reflect("frame numbers");
     let expected = [
         ("TILE", layout::TILE),
-        ("CENTRE_STRIDE", layout::CENTRE_STRIDE),
-        ("FEATURES", layout::FEATURES),
-        ("COLUMNS", layout::COLUMNS),
-        ("SQUARES", layout::SQUARES),
-        ("HALF_SQUARES", layout::HALF_SQUARES),
-        ("TILE_STRIDE", layout::TILE_STRIDE),
-        ("MODEL_STRIDE", layout::MODEL_STRIDE),
+        ("REGION", layout::REGION),
+        ("LEVELS", layout::LEVELS as u32),
         ("FLAG_HISTORY", flags::HISTORY),
         ("FLAG_SURFACE_ID", flags::SURFACE_ID),
         ("FLAG_EMISSION", flags::EMISSION),
         ("FLAG_SAMPLE_COUNT", flags::SAMPLE_COUNT),
         ("FLAG_MOTION_DEPTH", flags::MOTION_DEPTH),
         ("FLAG_MIX", flags::MIX),
+        ("FLAG_MALLOWS", flags::MALLOWS),
+        ("FLAG_INNOVATION", flags::INNOVATION),
     ];
     for (name, value) in expected {
         assert_eq!(constant(&module, name), value, "{name}");
     }
+    let flags: Vec<&str> = (module.constants.iter())
+        .filter_map(|(_, c)| c.name.as_deref())
+        .filter(|name| name.starts_with("FLAG_"))
+        .collect();
+    assert!(flags.iter().all(|name| expected.iter().any(|(known, _)| known == name)), "{flags:?}");
+}
+
+/// The sizes that follow from the number of features, once for each kind of model.
+#[test]
+fn columns_match_the_wgsl() {
+    let check = |include: &str, columns: Columns, stride: &str, others: &[(&str, u32)]| {
+        let module = reflect(&format!("frame numbers surface features {include}"));
+        let expected = [
+            ("SURFACE_FEATURES", layout::SURFACE_FEATURES),
+            ("FEATURES", columns.features),
+            ("COLUMNS", columns.columns()),
+            ("SQUARES", columns.squares()),
+            ("HALF_SQUARES", columns.half_squares()),
+            ("TILE_STRIDE", columns.tile_stride()),
+            (stride, columns.model_stride()),
+        ];
+        for (name, value) in expected.iter().chain(others) {
+            assert_eq!(constant(&module, name), *value, "{include}: {name}");
+        }
+    };
+    let of_models = [
+        ("LEVEL_WORDS", layout::LEVEL_WORDS),
+        ("WIDEST_WINDOW", layout::WIDEST_WINDOW),
+        ("COVERAGE_ONE", layout::COVERAGE_ONE),
+    ];
+    check("models", layout::MODELS, "MODEL_STRIDE", &of_models);
+    check("innovations", layout::INNOVATIONS, "INNOVATION_STRIDE", &[]);
+    // `moments` cannot include the models' layout, whose tiles are not its own; it must count as many features.
+    let moments = naga::front::wgsl::parse_str(&assemble(quell::passes::moments::DESCRIPTOR.source)).unwrap();
+    assert_eq!(constant(&moments, "COLUMNS"), layout::MODELS.columns());
 }
 
 #[test]

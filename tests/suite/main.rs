@@ -3,7 +3,9 @@
 mod edge_cases;
 mod gpu;
 mod layout;
+mod light;
 mod quality;
 mod sequence;
 mod shaders;
+mod statistics;
 mod twins;

@@ -115,13 +115,37 @@ pub fn camera(eye: Vec3, [width, height]: [u32; 2]) -> Camera {
     }
 }
 
+/// What is lit how much, as factors of how it is lit by day.
+#[derive(Debug, Clone, Copy)]
+pub struct Light {
+    pub lamp: f32,
+    pub sun: f32,
+}
+
+impl Light {
+    pub const ON: Self = Self::all(1.0);
+
+    pub const fn all(level: f32) -> Self {
+        Self { lamp: level, sun: level }
+    }
+}
+
 /// A frame at `eye`, with motion from `previous`; noise from `seed`, one sample a pixel.
 pub fn frame(size: [u32; 2], eye: Vec3, previous: Vec3, seed: u64) -> Frame {
-    jittered_frame(size, eye, previous, seed, Vec2::ZERO)
+    shot(size, [eye, previous], seed, Vec2::ZERO, Light::ON)
 }
 
 /// As [`frame`], with samples off the pixels' centres.
 pub fn jittered_frame(size: [u32; 2], eye: Vec3, previous: Vec3, seed: u64, jitter_px: Vec2) -> Frame {
+    shot(size, [eye, previous], seed, jitter_px, Light::ON)
+}
+
+/// As [`frame`], in another light. The sky keeps its own.
+pub fn lit_frame(size: [u32; 2], eye: Vec3, previous: Vec3, seed: u64, light: Light) -> Frame {
+    shot(size, [eye, previous], seed, Vec2::ZERO, light)
+}
+
+fn shot(size: [u32; 2], [eye, previous]: [Vec3; 2], seed: u64, jitter_px: Vec2, light: Light) -> Frame {
     let mut random = StdRng::seed_from_u64(seed);
     let camera_now = Camera { jitter_px, ..camera(eye, size) };
     let clip_before = camera(previous, size);
@@ -146,7 +170,7 @@ pub fn jittered_frame(size: [u32; 2], eye: Vec3, previous: Vec3, seed: u64, jitt
             let uv = sampled / Vec2::new(width as f32, height as f32);
             let far = world_from_clip.project_point3(Vec3::new(2.0 * uv.x - 1.0, 1.0 - 2.0 * uv.y, 0.5));
             let hit = intersect(eye, (far - eye).normalize());
-            let shade = hit.map_or(Shade::SKY, |(position, surface)| shade(position, surface));
+            let shade = hit.map_or(Shade::SKY, |(position, surface)| shade(position, surface, light));
             let position = hit.map_or(far, |(position, _)| position);
             let before = clip_before.project_point3(position);
             let uv_before = Vec2::new(0.5 + 0.5 * before.x, 0.5 - 0.5 * before.y);
@@ -192,7 +216,7 @@ fn intersect(eye: Vec3, direction: Vec3) -> Option<(Vec3, usize)> {
     hits.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, position, surface)| (position, surface))
 }
 
-fn shade(p: Vec3, surface: usize) -> Shade {
+fn shade(p: Vec3, surface: usize, light: Light) -> Shade {
     let cell = (p * 2.0 + 0.25).floor();
     let checker = (cell.x + cell.y + cell.z).rem_euclid(2.0);
     let lamp = Vec3::new(0.5, 2.5, -3.0) - p;
@@ -200,7 +224,8 @@ fn shade(p: Vec3, surface: usize) -> Shade {
     let sun = if surface == 0 && p.x + 0.5 * p.z > -1.5 { 0.8 } else { 0.0 };
     Shade {
         albedo: Vec3::new(0.7, 0.6, 0.5) * (0.35 + 0.65 * checker),
-        irradiance: Vec3::new(1.0, 0.9, 0.7) * (lit + 0.1) + Vec3::new(1.0, 0.95, 0.9) * sun,
+        irradiance: Vec3::new(1.0, 0.9, 0.7) * (lit + 0.1) * light.lamp
+            + Vec3::new(1.0, 0.95, 0.9) * sun * light.sun,
         normal: PLANES[surface].0,
         id: surface as u32 + 1,
     }
@@ -208,9 +233,21 @@ fn shade(p: Vec3, surface: usize) -> Shade {
 
 /// A walk of `count` frames with `step` of movement each.
 pub fn walk(size: [u32; 2], count: u32, step: Vec3, seed: u64) -> impl Iterator<Item = Frame> {
+    lit_walk(size, count, step, seed, |_| Light::ON)
+}
+
+/// As [`walk`], in a light that changes from frame to frame.
+pub fn lit_walk(
+    size: [u32; 2],
+    count: u32,
+    step: Vec3,
+    seed: u64,
+    light: impl Fn(u32) -> Light,
+) -> impl Iterator<Item = Frame> {
     let start = Vec3::new(0.0, 1.4, 1.0);
     (0..count).map(move |i| {
         let at = |i: u32| start + step * i as f32;
-        frame(size, at(i), at(i.saturating_sub(1)), seed.wrapping_mul(1_000_003) + u64::from(i))
+        let seed = seed.wrapping_mul(1_000_003) + u64::from(i);
+        lit_frame(size, at(i), at(i.saturating_sub(1)), seed, light(i))
     })
 }

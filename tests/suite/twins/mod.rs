@@ -1,10 +1,14 @@
 //! Plain f64 versions of the passes with mathematics in them, written from the formulas, against the GPU.
 
 mod accumulate;
+mod change;
 mod compose;
 mod fit;
+mod innovation;
 mod moments;
+mod noise;
 mod predict;
+mod regression;
 mod reproject;
 mod surface;
 
@@ -12,7 +16,7 @@ use crate::gpu::gpu;
 use crate::sequence::Frame;
 use bytemuck::Zeroable;
 use quell::gpu::{FrameUniforms, Recorder, flags};
-use quell::layout;
+use quell::{Centres, Windows, layout};
 use rand::{Rng, rngs::StdRng};
 use surface::Surface;
 
@@ -22,14 +26,15 @@ fn uniforms(frame: &Frame, previous: &Frame) -> FrameUniforms {
         far: f32::INFINITY,
         size: frame.size,
         tiles: layout::tiles(frame.size),
-        centres: layout::centres(frame.size),
-        window_radius: 2,
+        regions: layout::regions(frame.size),
         index: 7,
         motion_scale: [1.0, 1.0],
         max_history: 32.0,
+        firefly_limit: f32::INFINITY,
         flags: flags::HISTORY | flags::SURFACE_ID | flags::SAMPLE_COUNT | flags::MIX,
         ..FrameUniforms::zeroed()
     };
+    uniforms.set_windows(Windows::RingError, Centres::Adaptive);
     uniforms.set_cameras(&frame.camera, &previous.camera);
     uniforms
 }
@@ -63,6 +68,16 @@ fn random_history(random: &mut StdRng, pixels: usize) -> Vec<[half::f16; 4]> {
         [colour, colour * 0.7, colour * random.random::<f32>(), count].map(half::f16::from_f32)
     };
     (0..pixels).map(|_| texel(random)).collect()
+}
+
+/// Samples of a frame with their number: none, one, or many.
+fn random_signal(random: &mut StdRng, surfaces: &[Surface]) -> Vec<[half::f16; 4]> {
+    let texel = |random: &mut StdRng, surface: &Surface| {
+        let samples = if surface.is_miss() { 0 } else { [0, 1, 1, 2, 3, 8, 40][random.random_range(0..7)] };
+        let colour = if samples == 0 { 0.0 } else { random.random_range(0.0..8.0_f32) };
+        [colour, colour, 0.5 * colour, samples as f32].map(half::f16::from_f32)
+    };
+    surfaces.iter().map(|surface| texel(random, surface)).collect()
 }
 
 fn wide(texels: &[[half::f16; 4]]) -> Vec<[f64; 4]> {

@@ -3,13 +3,14 @@
 use crate::sequence::Frame;
 use glam::{DMat3, DVec2, DVec3};
 use quell::gpu::{FrameUniforms, ViewUniforms};
-use quell::layout::FEATURES;
+use quell::layout::{MODELS, SURFACE_FEATURES};
 
 #[derive(Debug, Clone, Copy)]
 pub struct Surface {
     pub normal: DVec3,
     pub depth: f64,
     pub inverse_albedo: f64,
+    pub roughness: f64,
     pub id: u32,
 }
 
@@ -33,7 +34,12 @@ pub fn pack(frame: &Frame, i: usize) -> [u32; 4] {
     let a = frame.albedo[i].map(|c| f64::from(c).max(0.02));
     let q = 0.1 / super::luminance([a[0], a[1], a[2]]);
     let unorm = |v: f64| (v * 65535.0).round() as u32;
-    [snorm(e.x) | snorm(e.y) << 16, depth.to_bits(), unorm(q / 5.0) | 65535 << 16, frame.id[i]]
+    [
+        snorm(e.x) | snorm(e.y) << 16,
+        depth.to_bits(),
+        unorm(q / 5.0) | unorm(frame.normal[i][3].into()) << 16,
+        frame.id[i],
+    ]
 }
 
 pub fn unpack([normal, depth, material, id]: [u32; 4]) -> Surface {
@@ -47,6 +53,7 @@ pub fn unpack([normal, depth, material, id]: [u32; 4]) -> Surface {
         normal: xy.extend(z).normalize(),
         depth: f32::from_bits(depth).into(),
         inverse_albedo: f64::from(material & 0xffff) / 65535.0 * 5.0,
+        roughness: f64::from(material >> 16) / 65535.0,
         id,
     }
 }
@@ -92,10 +99,19 @@ fn pcg(v: u32) -> u32 {
 }
 
 /// The feature table.
-pub fn features(frame: &FrameUniforms, i: usize, s: &Surface) -> [f64; FEATURES as usize] {
-    let width = frame.size[0] as usize;
-    let pixel = DVec2::new((i % width) as f64, (i / width) as f64);
-    let p = position_of(frame, &frame.current, pixel, s.depth);
+pub fn surface_features(frame: &FrameUniforms, i: usize, s: &Surface) -> [f64; SURFACE_FEATURES as usize] {
+    let p = position_of(frame, &frame.current, pixel(frame, i), s.depth);
     let id = f64::from(pcg(s.id)) / 2_147_483_648.0 - 1.0;
-    [s.normal.x, s.normal.y, s.normal.z, p.x, p.y, p.z, s.inverse_albedo, id, pixel.x, pixel.y]
+    [s.normal.x, s.normal.y, s.normal.z, p.x, p.y, p.z, s.inverse_albedo, id, s.roughness]
+}
+
+/// With those that only the models of the prediction have.
+pub fn features(frame: &FrameUniforms, i: usize, s: &Surface) -> [f64; MODELS.features as usize] {
+    let (own, pixel) = (surface_features(frame, i, s), pixel(frame, i));
+    std::array::from_fn(|f| *own.get(f).unwrap_or(if f == own.len() { &pixel.x } else { &pixel.y }))
+}
+
+fn pixel(frame: &FrameUniforms, i: usize) -> DVec2 {
+    let width = frame.size[0] as usize;
+    DVec2::new((i % width) as f64, (i / width) as f64)
 }

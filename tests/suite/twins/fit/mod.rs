@@ -1,0 +1,184 @@
+//! `fit` and `centres` against their f64 twins, and the twin against the paper's recursion over pixels.
+
+mod compare;
+mod placement;
+mod recursion;
+mod tiles;
+
+use super::moments::N;
+use super::regression::{Model, Moments, Row, Tile, TileBuffers, factor, floor_and_unit};
+use super::{luminance, run, uniforms};
+use crate::gpu::{download_buffer, download_words, gpu, upload_buffer, upload_words};
+use crate::sequence::frame;
+use glam::{DVec3, Vec3};
+use quell::gpu::FrameUniforms;
+use quell::layout::{self, LEVEL_WORDS, LEVELS, MODELS, SURFACE_FEATURES};
+use quell::passes::fit::{Fit, FitViews};
+use quell::{Centres, Windows};
+
+const F: usize = MODELS.features as usize;
+const RIDGE: f64 = 1e-3;
+
+/// What the pass left behind.
+struct Found {
+    frame: FrameUniforms,
+    models: Vec<Vec<f32>>,
+    windows: Vec<u32>,
+    coverage: Vec<u32>,
+    levels: Vec<u32>,
+}
+
+fn run_fit(tiles: &[Tile<N>], size: [u32; 2], windows: Windows, centres: Centres) -> Found {
+    let eye = Vec3::new(0.0, 1.4, 1.0);
+    let any_frame = frame(size, eye, eye, 1);
+    let mut u = uniforms(&any_frame, &any_frame);
+    u.set_windows(windows, centres);
+    u.flags |= if windows == Windows::MallowsCp { quell::gpu::flags::MALLOWS } else { 0 };
+    assert_eq!(tiles.len() as u64, layout::count(u.tiles));
+    let buffers = TileBuffers::upload(tiles);
+    let nothing = || upload_words(&vec![0; tiles.len()]);
+    let (centre_list, windows, coverage) = (nothing(), nothing(), nothing());
+    let levels = upload_words(&[0; LEVEL_WORDS as usize * LEVELS]);
+    let models = upload_buffer(&vec![0.0; tiles.len() * MODELS.model_stride() as usize]);
+    let pass = Fit::new(&gpu().device);
+    run(&u, |recorder| {
+        let views = FitViews {
+            tile_means: &buffers.means,
+            tile_squares_low: &buffers.low,
+            tile_squares_high: &buffers.high,
+            centre_list: &centre_list,
+            levels: &levels,
+            models: &models,
+            windows: &windows,
+            coverage: &coverage,
+        };
+        pass.record(recorder, &views, u.tiles);
+    });
+    let models = download_buffer(&models);
+    Found {
+        frame: u,
+        models: models.chunks(MODELS.model_stride() as usize).map(<[f32]>::to_vec).collect(),
+        windows: download_words(&windows),
+        coverage: download_words(&coverage),
+        levels: download_words(&levels),
+    }
+}
+
+/// A window that a centre may choose, and what it would be worth.
+struct Candidate {
+    radius: u32,
+    /// Estimated squared error of its predictions.
+    risk: f64,
+    weight: f64,
+    noise_gain: f64,
+    relative_noise: f64,
+    /// Variance of the temporal means.
+    noise: f64,
+    /// Squared error on the window itself, summed.
+    residual: f64,
+    error: f64,
+    model: Model<N>,
+    rows: Vec<Row<N>>,
+    /// Largest luminance in it, to which rounding is relative.
+    brightest: f64,
+}
+
+impl Candidate {
+    /// Squared ratio of noise and residual.
+    fn trust(&self, residual: f64) -> f64 {
+        (self.noise * self.weight / residual.max(1e-20)).clamp(1e-4, 1.0).powi(2)
+    }
+}
+
+/// Tiles of a window's ring about a centre.
+pub fn ring(grid: [u32; 2], centre: usize, radius: i64) -> Vec<usize> {
+    let [columns, rows] = grid.map(i64::from);
+    let (cx, cy) = (centre as i64 % columns, centre as i64 / columns);
+    let offsets = (-radius..=radius).flat_map(|y| (-radius..=radius).map(move |x| (x, y)));
+    let on_ring = offsets.filter(|(x, y)| x.abs().max(y.abs()) == radius);
+    let places = on_ring.map(|(x, y)| (cx + x, cy + y));
+    let inside = places.filter(|&(x, y)| (0..columns).contains(&x) && (0..rows).contains(&y));
+    inside.map(|(x, y)| (y * columns + x) as usize).collect()
+}
+
+/// All windows that the centre may choose, inside out. Errors on rings are found by predicting pixel by pixel.
+fn candidates(tiles: &[Tile<N>], frame: &FrameUniforms, centre: usize, mallows: bool) -> Vec<Candidate> {
+    let rings: Vec<Vec<usize>> =
+        (0..=frame.widest_window).map(|radius| ring(frame.tiles, centre, radius.into())).collect();
+    let all: Vec<&Tile<N>> = rings.iter().flatten().map(|&t| &tiles[t]).collect();
+    let weighted = |t: usize| -> Vec<Row<N>> {
+        let factor = factor(&tiles[t], &all);
+        tiles[t].rows.iter().map(|&(w, c)| (factor * w, c)).collect()
+    };
+    let rows_of = |tiles: &[usize]| -> Vec<Row<N>> { tiles.iter().flat_map(|&t| weighted(t)).collect() };
+    // A window without pixels expects what the innermost tiles show that have any.
+    let near: Vec<Row<N>> = rings.iter().take(2).flat_map(|ring| rows_of(ring)).collect();
+    let far: Vec<Row<N>> = rings.iter().flat_map(|ring| rows_of(ring)).collect();
+    let nowhere = Moments::of(if near.is_empty() { &far } else { &near }).mean;
+
+    let noise_of = |k: usize, members: &[usize], weight: f64| -> f64 {
+        let sum = |t: &usize| factor(&tiles[*t], &all) * tiles[*t].weight() * tiles[*t].noises[k];
+        members.iter().map(sum).sum::<f64>() / weight.max(1e-30)
+    };
+    let (mut found, mut members, mut rows) = (vec![], vec![], vec![]);
+    let mut inner: Option<Model<N>> = None;
+    let (mut error, mut tested) = (0.0, 0.0);
+    for (radius, ring) in (0..).zip(&rings) {
+        let ring_rows = rows_of(ring);
+        if let Some(inner) = &inner {
+            error += inner.squared_error(&ring_rows);
+            tested += ring_rows.iter().map(|(w, _)| w).sum::<f64>();
+        }
+        rows.extend(ring_rows);
+        members.extend(ring.iter().copied());
+        let moments = Moments::of(&rows);
+        let weight = moments.weight;
+        let noise = |k: usize| noise_of(k, &members, weight);
+        let mean = if weight > 0.0 { moments.mean } else { nowhere };
+        let colour = luminance([mean[F], mean[F + 1], mean[F + 2]]);
+        let relative_noise = (noise(0) / (colour * colour).max(1e-12)).min(1e3);
+        let slopes = ridge(&moments, &mean, relative_noise, radius);
+        let model = Model { mean, slopes };
+        let residual = model.squared_error(&rows);
+        let pixels = 16 * members.iter().filter(|&&t| tiles[t].weight() > 0.0).count();
+        let cp = residual / weight.max(1e-30) + 2.0 * (F as f64 + 1.0) * noise(1) / pixels.max(1) as f64;
+        let risk = if mallows { cp } else { error / tested.max(1e-30) };
+        if radius >= frame.least_window {
+            let luminances = rows.iter().map(|(_, c)| luminance([c[F], c[F + 1], c[F + 2]]));
+            found.push(Candidate {
+                radius,
+                risk,
+                weight,
+                noise_gain: if noise(2) > 0.0 { (noise(1) / noise(2)).min(1.0) } else { 1.0 },
+                relative_noise,
+                noise: noise(1),
+                residual,
+                error: (risk - noise(1)).max(0.0),
+                model: Model { mean: model.mean, slopes: model.slopes.clone() },
+                rows: rows.clone(),
+                brightest: luminances.fold(0.0, f64::max),
+            });
+        }
+        inner = Some(model);
+    }
+    found
+}
+
+fn floors(mean: &[f64; N]) -> Vec<f64> {
+    let distance = DVec3::new(mean[3], mean[4], mean[5]).length();
+    let own = SURFACE_FEATURES as usize;
+    (0..F).map(|i| if i < own { floor_and_unit(i, distance).0 } else { 0.5 }).collect()
+}
+
+/// Ridge in the features' own units: what a slope of the mean colour per feature unit weighs in samples.
+fn priors(mean: &[f64; N], relative_noise: f64, radius: u32) -> Vec<f64> {
+    let distance = DVec3::new(mean[3], mean[4], mean[5]).length();
+    let own = SURFACE_FEATURES as usize;
+    let reach = f64::from(4 * radius + 2);
+    let unit = |i| if i < own { floor_and_unit(i, distance).1 } else { reach };
+    (0..F).map(|i| relative_noise * unit(i) * unit(i)).collect()
+}
+
+fn ridge(moments: &Moments<N>, mean: &[f64; N], relative_noise: f64, radius: u32) -> Vec<[f64; 3]> {
+    moments.slopes(RIDGE, &floors(mean), &priors(mean, relative_noise, radius))
+}

@@ -1,0 +1,120 @@
+//! Where models are placed, against a plain placement coarse to fine.
+
+use super::super::moments::N;
+use super::super::regression::Tile;
+use super::tiles::random_tiles;
+use super::{Found, ring, run_fit};
+use quell::layout::{self, COVERAGE_ONE, LEVEL_STRIDES, LEVEL_WORDS, LEVELS};
+use quell::{Centres, Windows};
+use rand::{SeedableRng, rngs::StdRng};
+
+/// Centres per level, and the coverage of each tile in the end, given the radius of each centre's window.
+fn place(grid: [u32; 2], centres: Centres, radii: &[u32]) -> ([Vec<usize>; LEVELS], Vec<u32>) {
+    let mut coverage = vec![0; radii.len()];
+    let levels = LEVEL_STRIDES.map(|stride| {
+        let enough = match centres {
+            Centres::Adaptive => COVERAGE_ONE / 2,
+            Centres::Uniform(only) if stride == only || stride == 1 => 1,
+            Centres::Uniform(_) => 0,
+        };
+        let middle = |side: u32| (stride / 2..side).step_by(stride as usize);
+        let tiles = middle(grid[1]).flat_map(|y| middle(grid[0]).map(move |x| (y * grid[0] + x) as usize));
+        // All of a level are listed before any of them covers.
+        let listed: Vec<usize> = tiles.filter(|&tile| coverage[tile] < enough).collect();
+        for &centre in &listed {
+            cover(&mut coverage, grid, centre, radii[centre]);
+        }
+        listed
+    });
+    (levels, coverage)
+}
+
+fn cover(coverage: &mut [u32], grid: [u32; 2], centre: usize, radius: u32) {
+    let reach = f64::from(4 * radius + 2);
+    let (cx, cy) = (centre as u32 % grid[0], centre as u32 / grid[0]);
+    for tile in (0..=radius).flat_map(|r| ring(grid, centre, r.into())) {
+        let (x, y) = (tile as u32 % grid[0], tile as u32 / grid[0]);
+        let side = |a: u32, b: u32| 1.0 - 4.0 * f64::from(a.abs_diff(b)) / reach;
+        coverage[tile] += (side(x, cx) * side(y, cy) * f64::from(COVERAGE_ONE)) as u32;
+    }
+}
+
+/// What is wrong with the placement, in words.
+fn faults(found: &Found, centres: Centres) -> Vec<String> {
+    let grid = found.frame.tiles;
+    let (levels, coverage) = place(grid, centres, &found.windows);
+    let mut faults = vec![];
+    let mut expected = vec![false; found.windows.len()];
+    for (level, listed) in levels.iter().enumerate() {
+        listed.iter().for_each(|&tile| expected[tile] = true);
+        let words = &found.levels[level * LEVEL_WORDS as usize..][..LEVEL_WORDS as usize];
+        let count = listed.len() as u32;
+        if words[3] != count || words[0] != 64 || words[1] != count.div_ceil(64) || words[2] != 1 {
+            faults.push(format!("level {level}: {words:?} for {count} centres"));
+        }
+    }
+    let placed: Vec<bool> = found.windows.iter().map(|&radius| radius > 0).collect();
+    if placed != expected {
+        faults.push("models at other tiles".into());
+    }
+    if found.coverage != coverage {
+        faults.push("coverage differs".into());
+    }
+    let least = if centres == Centres::Adaptive { COVERAGE_ONE / 2 } else { 1 };
+    if found.coverage.iter().any(|&covered| covered < least) {
+        faults.push("a tile is not covered".into());
+    }
+    faults
+}
+
+const ALL: [Centres; 4] = [Centres::Adaptive, Centres::Uniform(1), Centres::Uniform(2), Centres::Uniform(4)];
+
+fn tiles_of(size: [u32; 2]) -> Vec<Tile<N>> {
+    random_tiles(&mut StdRng::seed_from_u64(36), size, 4)
+}
+
+#[test]
+fn centres_are_where_a_plain_placement_puts_them() {
+    // Not of whole tiles or cells; larger than a workgroup's 8x8 centres; smaller than a coarse cell; a pixel.
+    for size in [[45, 30], [191, 67], [290, 9], [15, 11], [5, 64], [1, 1]] {
+        let tiles = tiles_of(size);
+        for centres in ALL {
+            for windows in [Windows::RingError, Windows::Fixed(1)] {
+                let found = run_fit(&tiles, size, windows, centres);
+                assert!(
+                    faults(&found, centres).is_empty(),
+                    "{size:?} {centres:?} {windows:?}: {:?}",
+                    faults(&found, centres)
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn dense_centres_are_every_tile_and_adaptive_ones_are_fewer() {
+    let size = [191, 67];
+    let tiles = tiles_of(size);
+    let count = |centres| {
+        let found = run_fit(&tiles, size, Windows::RingError, centres);
+        found.windows.iter().filter(|&&radius| radius > 0).count() as u64
+    };
+    let [adaptive, dense, second, fourth] = ALL.map(count);
+    let grid = layout::tiles(size);
+    assert_eq!(dense, layout::count(grid));
+    assert!(fourth < second && adaptive < dense / 2, "{adaptive} {dense} {second} {fourth}");
+}
+
+#[test]
+fn a_wrong_placement_is_noticed() {
+    let found = |centres| run_fit(&tiles_of([45, 30]), [45, 30], Windows::RingError, centres);
+    assert!(!faults(&found(Centres::Uniform(2)), Centres::Adaptive).is_empty());
+    let mut missing = found(Centres::Adaptive);
+    let centre = missing.windows.iter().position(|&radius| radius > 0).unwrap();
+    missing.windows[centre] = 0;
+    assert!(!faults(&missing, Centres::Adaptive).is_empty());
+    let mut wider = found(Centres::Adaptive);
+    let narrow = wider.windows.iter().position(|&radius| radius == 1).unwrap();
+    wider.windows[narrow] = 2;
+    assert!(!faults(&wider, Centres::Adaptive).is_empty());
+}

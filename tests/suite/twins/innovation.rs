@@ -1,0 +1,230 @@
+//! `innovation` against its f64 twin.
+
+use super::change::N;
+use super::fit::ring;
+use super::regression::{Model, Moments, Row, Tile, TileBuffers, factor, floor_and_unit};
+use super::{luminance, mismatches, run, uniforms};
+use crate::gpu::{download_buffer, gpu, upload_buffer};
+use crate::sequence::frame;
+use glam::{DVec3, Vec3};
+use quell::layout::{self, INNOVATIONS, SURFACE_FEATURES};
+use quell::passes::innovation::{Innovation, InnovationViews};
+use rand::{Rng, SeedableRng, rngs::StdRng};
+
+const F: usize = INNOVATIONS.features as usize;
+const HISTORY: usize = SURFACE_FEATURES as usize;
+const RIDGE: f64 = 0.3;
+const WINDOW_RADIUS: i64 = 2;
+const SIZE: [u32; 2] = [90, 53];
+
+/// A region's model, shrunk, with what it was fitted to.
+struct Twin {
+    samples: f64,
+    variance: f64,
+    significance: f64,
+    model: Model<N>,
+    rows: Vec<Row<N>>,
+}
+
+fn twin(regions: &[Tile<N>], grid: [u32; 2], centre: usize) -> Twin {
+    let members: Vec<usize> = (0..=WINDOW_RADIUS).flat_map(|r| ring(grid, centre, r)).collect();
+    let window: Vec<&Tile<N>> = members.iter().map(|&t| &regions[t]).collect();
+    let samples: f64 = window.iter().map(|t| t.weight()).sum();
+    let rows: Vec<Row<N>> = window
+        .iter()
+        .flat_map(|tile| tile.rows.iter().map(|&(w, c)| (w * factor(tile, &window), c)))
+        .collect();
+    let mut moments = Moments::of(&rows);
+    let weight = moments.weight;
+    if weight == 0.0 {
+        let model = Model { mean: [0.0; N], slopes: vec![[0.0; 3]; F] };
+        return Twin { samples, variance: 0.0, significance: 0.0, model, rows };
+    }
+    let noise =
+        |k: usize| window.iter().map(|t| factor(t, &window) * t.weight() * t.noises[k]).sum::<f64>() / weight;
+    let (variance, found, length) = (noise(0), noise(1), noise(2));
+    let mean = moments.mean;
+    let change = luminance([mean[F], mean[F + 1], mean[F + 2]]);
+    let level = mean[HISTORY].max(mean[HISTORY] + change).max(1e-6);
+    let distance = DVec3::new(mean[3], mean[4], mean[5]).length();
+    let floors_units: Vec<(f64, f64)> = (0..F)
+        .map(|i| if i == HISTORY { (0.05 * level, level) } else { floor_and_unit(i, distance) })
+        .collect();
+    let floors: Vec<f64> = floors_units.iter().map(|(floor, _)| *floor).collect();
+    let priors: Vec<f64> =
+        floors_units.iter().map(|(_, unit)| variance / (level * level) * unit * unit).collect();
+    // The history's own noise, which is in the change with the other sign, is taken out, as far as there is any.
+    for c in 0..3 {
+        let product = moments.squares[HISTORY][F + c];
+        let corrected = if product < 0.0 { (product + found * weight).min(0.0) } else { product };
+        moments.squares[HISTORY][F + c] = corrected;
+    }
+    let slopes = moments.slopes(RIDGE, &floors, &priors);
+    // What the model explains of the change's energy, in luminance.
+    let l = [0.2126, 0.7152, 0.0722];
+    let slope_energy = |i: usize| {
+        let of_slope: f64 = (0..3).map(|c| l[c] * slopes[i][c]).sum();
+        of_slope * (0..3).map(|c| l[c] * moments.squares[i][F + c]).sum::<f64>()
+    };
+    let mean_energy = weight * change * change;
+    let explained = mean_energy + (0..F).map(slope_energy).sum::<f64>();
+    let about_mean: f64 = (0..3)
+        .flat_map(|c| (0..3).map(move |d| (c, d)))
+        .map(|(c, d)| l[c] * l[d] * moments.squares[F + c][F + d])
+        .sum();
+    let unknowns = F as f64 + 1.0;
+    let residual = (mean_energy + about_mean - explained).max(0.0) / (samples - unknowns).max(1.0);
+    let expected = variance * (1.0 + 1.0 / length.max(1.0)) * weight / samples;
+    let x = (1.0 + length).ln();
+    let chance = unknowns + 2.0 * (unknowns * x).sqrt() + 2.0 * x;
+    let doubt = chance * residual.max(expected) / explained;
+    let known = samples > unknowns && explained > 0.0;
+    let significance = if known { (1.0 - doubt * doubt).max(0.0) } else { 0.0 };
+    let mut model = Model { mean, slopes };
+    model.mean[F..].iter_mut().for_each(|change| *change *= significance);
+    model.slopes.iter_mut().flatten().for_each(|slope| *slope *= significance);
+    Twin { samples, variance, significance, model, rows }
+}
+
+/// Random pixels of a region; `change` says what the light does to a pixel at x with a history.
+fn random_region(
+    random: &mut StdRng,
+    [rx, ry]: [u32; 2],
+    change: &dyn Fn(f64, f64) -> f64,
+    noise: f64,
+) -> Tile<N> {
+    let rows = (0..64)
+        .map(|_| {
+            let x = 8.0 * f64::from(rx) + random.random_range(0.0..8.0);
+            let y = 8.0 * f64::from(ry) + random.random_range(0.0..8.0);
+            let mut c = [0.0; N];
+            let tilt = random.random_range(-0.2..0.2_f64);
+            c[..3].copy_from_slice(&[tilt, (1.0 - tilt * tilt).sqrt(), 0.1 * tilt]);
+            c[3..6].copy_from_slice(&[0.1 * x, -1.4, -5.0 - 0.1 * y]);
+            c[6] = if random.random_bool(0.5) { 0.2 } else { 0.9 };
+            c[7] = 0.3;
+            c[8] = random.random();
+            let history = 1.0 + 0.5 * (0.2 * x).sin() + random.random_range(-0.1..0.1);
+            c[HISTORY] = history;
+            let sampled = noise * random.random_range(-1.0..1.0);
+            c[F..].copy_from_slice(&[1.0, 0.9, 0.7].map(|tint| tint * change(x, history) + sampled));
+            (random.random_range(1..=4).into(), c)
+        })
+        .collect();
+    let variance = noise * noise / 3.0 * random.random_range(0.5..1.5);
+    Tile { rows, noises: [variance, random.random_range(0.0..0.01), random.random_range(1.0..32.0)] }
+}
+
+fn random_regions(seed: u64, change: impl Fn(f64, f64) -> f64, noise: f64) -> Vec<Tile<N>> {
+    let mut random = StdRng::seed_from_u64(seed);
+    let [columns, rows] = layout::regions(SIZE);
+    (0..columns * rows)
+        .map(|t| random_region(&mut random, [t % columns, t / columns], &change, noise))
+        .collect()
+}
+
+/// Share of the GPU's predicted changes that differ from the twin's, and the twin's significance of each region.
+fn compare(gpu_regions: &[Tile<N>], regions: &[Tile<N>]) -> (f64, Vec<f64>) {
+    let eye = Vec3::new(0.0, 1.4, 1.0);
+    let any_frame = frame(SIZE, eye, eye, 1);
+    let u = uniforms(&any_frame, &any_frame);
+    let buffers = TileBuffers::upload(gpu_regions);
+    let stride = INNOVATIONS.model_stride() as usize;
+    let models = upload_buffer(&vec![f32::NAN; regions.len() * stride]);
+    let pass = Innovation::new(&gpu().device);
+    run(&u, |recorder| {
+        let views = InnovationViews {
+            tile_means: &buffers.means,
+            tile_squares_low: &buffers.low,
+            tile_squares_high: &buffers.high,
+            innovations: &models,
+        };
+        pass.record(recorder, &views, u.regions);
+    });
+    let models = download_buffer(&models);
+    let (mut wrong, mut significances) = (vec![], vec![]);
+    for (centre, model) in models.chunks(stride).enumerate() {
+        let twin = twin(regions, u.regions, centre);
+        let head = [f64::from(model[0]), f64::from(model[1])];
+        wrong.push(mismatches(&head, &[twin.samples, twin.variance], 1e-4, 1e-9));
+        assert!(model.iter().all(|v| v.is_finite()), "region {centre}");
+        let found = Model::<N>::stored(&model[INNOVATIONS.head as usize..]);
+        let rows = || twin.rows.iter().step_by(7);
+        let values =
+            |model: &Model<N>| -> Vec<f64> { rows().flat_map(|(_, c)| model.value(&c[..F])).collect() };
+        let size = |c: &[f64; N]| c[HISTORY..].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        let largest = twin.rows.iter().map(|(_, c)| size(c)).fold(0.0, f64::max);
+        // As for the models of `fit`: f32 sums over up to 1600 pixels.
+        if !twin.rows.is_empty() {
+            wrong.push(mismatches(&values(&found), &values(&twin.model), 2e-3, 2e-4 * largest));
+        }
+        significances.push(twin.significance);
+    }
+    (wrong.iter().sum::<f64>() / wrong.len() as f64, significances)
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+#[test]
+fn matches_its_twin_whatever_the_light_does() {
+    // Nothing, but noise.
+    let (wrong, significances) =
+        compare(&random_regions(61, |_, _| 0.0, 1.0), &random_regions(61, |_, _| 0.0, 1.0));
+    assert_eq!(wrong, 0.0);
+    assert!(mean(&significances) < 0.05, "{significances:.2?}");
+    // It goes, comes, or moves on; or changes by less than the noise in parts of the image.
+    let switch = |change: fn(f64, f64) -> f64, noise: f64, least: f64| {
+        let regions = random_regions(62, change, noise);
+        let (wrong, significances) = compare(&regions, &regions);
+        assert_eq!(wrong, 0.0);
+        assert!(mean(&significances) >= least, "{significances:.2?}");
+        significances
+    };
+    switch(|_, history| -history, 0.0, 0.9);
+    switch(|_, history| -0.8 * history, 0.5, 0.5);
+    switch(|_, history| 4.0 * history, 2.0, 0.5);
+    switch(|x, _| if x < 40.0 { 1.0 } else { -0.5 }, 0.5, 0.5);
+    let slight = switch(|x, _| 0.005 * x, 1.0, 0.0);
+    assert!(slight.iter().any(|&s| s > 0.0 && s < 0.9), "{slight:.2?}");
+}
+
+#[test]
+fn matches_its_twin_on_adversarial_regions() {
+    let base = || random_regions(63, |_, history| -0.5 * history, 0.5);
+    let check = |name: &str, regions: &[Tile<N>]| {
+        let (wrong, significances) = compare(regions, regions);
+        assert_eq!(wrong, 0.0, "{name}");
+        significances
+    };
+    let mut outlier = random_regions(64, |_, _| 0.0, 0.5);
+    outlier[30].rows[5].1[F..].fill(1e4);
+    let significances = check("one bright outlier", &outlier);
+    let reached = (0..=WINDOW_RADIUS).flat_map(|r| ring(layout::regions(SIZE), 30, r));
+    assert!(reached.into_iter().all(|t| significances[t] == 0.0), "a firefly passes for light");
+    let mut steep = base();
+    for (_, c) in steep.iter_mut().flat_map(|tile| &mut tile.rows) {
+        let level = if c[3] < 3.0 { 1e4 } else { 1e-4 };
+        c[HISTORY..].iter_mut().for_each(|v| *v *= level);
+    }
+    check("1e4 against 1e-4", &steep);
+    let mut sparse = base();
+    sparse.iter_mut().enumerate().for_each(|(t, tile)| tile.rows.truncate([0, 0, 0, 1, 0, 3][t % 6]));
+    check("few samples", &sparse);
+    let mut none = base();
+    none.iter_mut().for_each(|tile| tile.rows.clear());
+    assert!(check("no samples", &none).iter().all(|&s| s == 0.0));
+    let mut silent = base();
+    for tile in &mut silent {
+        tile.noises = [0.0, 0.0, 32.0];
+        tile.rows.iter_mut().for_each(|(_, c)| c[HISTORY..].fill(0.0));
+    }
+    check("no light at all", &silent);
+}
+
+#[test]
+fn the_comparison_fails_on_another_change() {
+    let of = |level: f64| random_regions(65, move |_, history| level * history, 0.5);
+    assert!(compare(&of(-0.8), &of(-0.7)).0 > 0.3);
+}

@@ -1,0 +1,185 @@
+//! Weighted moments and ridge regression over rows of N columns, the last three of which are colour; and how tiles of rows lie
+//! in the GPU's buffers.
+
+use super::luminance;
+use crate::gpu::{download_buffer, upload_buffer};
+
+/// A pixel: its weight, then features and colour.
+pub type Row<const N: usize> = (f64, [f64; N]);
+
+pub struct Moments<const N: usize> {
+    pub weight: f64,
+    pub mean: [f64; N],
+    /// About the mean.
+    pub squares: [[f64; N]; N],
+}
+
+impl<const N: usize> Moments<N> {
+    pub fn of(rows: &[Row<N>]) -> Self {
+        let weight: f64 = rows.iter().map(|(w, _)| w).sum();
+        let mean = std::array::from_fn(|i| {
+            if weight > 0.0 { rows.iter().map(|(w, c)| w * c[i]).sum::<f64>() / weight } else { 0.0 }
+        });
+        let mut squares = [[0.0; N]; N];
+        for (w, columns) in rows {
+            let d: [f64; N] = std::array::from_fn(|i| columns[i] - mean[i]);
+            for i in 0..N {
+                for j in 0..N {
+                    squares[i][j] += w * d[i] * d[j];
+                }
+            }
+        }
+        Self { weight, mean, squares }
+    }
+
+    /// Upper triangle, row by row.
+    pub fn triangle(&self) -> Vec<f64> {
+        (0..N).flat_map(|i| self.squares[i][i..].to_vec()).collect()
+    }
+
+    /// Inverse deviations of the features, which are no less than their floors.
+    pub fn scales(&self, floors: &[f64]) -> Vec<f64> {
+        let deviation = |i: usize| (self.squares[i][i] / self.weight).sqrt();
+        (0..N - 3).map(|i| 1.0 / deviation(i).max(floors[i])).collect()
+    }
+
+    /// Slopes per feature and channel. The ridge is a share of the weight; `priors` are in the features' own units.
+    pub fn slopes(&self, ridge: f64, floors: &[f64], priors: &[f64]) -> Vec<[f64; 3]> {
+        if self.weight <= 0.0 {
+            return vec![[0.0; 3]; N - 3];
+        }
+        let scales = self.scales(floors);
+        let mut system: Vec<Vec<f64>> = (0..N - 3)
+            .map(|i| {
+                let ridge = ridge * self.weight + priors[i] * scales[i] * scales[i];
+                let features = (0..N - 3)
+                    .map(|j| scales[i] * scales[j] * self.squares[i][j] + if i == j { ridge } else { 0.0 });
+                features.chain((N - 3..N).map(|j| scales[i] * self.squares[i][j])).collect()
+            })
+            .collect();
+        eliminate(&mut system);
+        (0..N - 3).map(|i| std::array::from_fn(|c| scales[i] * system[i][N - 3 + c])).collect()
+    }
+}
+
+/// Gauss and Jordan's, with pivoting.
+fn eliminate(system: &mut [Vec<f64>]) {
+    for k in 0..system.len() {
+        let pivot =
+            (k..system.len()).max_by(|&a, &b| system[a][k].abs().total_cmp(&system[b][k].abs())).unwrap();
+        system.swap(k, pivot);
+        let row: Vec<f64> = system[k].iter().map(|v| v / system[k][k]).collect();
+        system[k].clone_from(&row);
+        for (i, other) in system.iter_mut().enumerate() {
+            if i != k {
+                let factor = other[k];
+                other.iter_mut().zip(&row).for_each(|(o, r)| *o -= factor * r);
+            }
+        }
+    }
+}
+
+/// A linear model of the colour.
+pub struct Model<const N: usize> {
+    /// Origin in the features, and the colour there.
+    pub mean: [f64; N],
+    pub slopes: Vec<[f64; 3]>,
+}
+
+impl<const N: usize> Model<N> {
+    /// As the GPU stores it: means, then slopes.
+    pub fn stored(floats: &[f32]) -> Self {
+        let wide: Vec<f64> = floats.iter().copied().map(f64::from).collect();
+        let slopes = wide[N..].chunks(3).map(|s| [s[0], s[1], s[2]]).collect();
+        Self { mean: std::array::from_fn(|i| wide[i]), slopes }
+    }
+
+    pub fn value(&self, features: &[f64]) -> [f64; 3] {
+        std::array::from_fn(|c| {
+            let slopes = self.slopes.iter().zip(features).zip(&self.mean);
+            self.mean[N - 3 + c] + slopes.map(|((slope, z), mean)| slope[c] * (z - mean)).sum::<f64>()
+        })
+    }
+
+    /// Weighted sum of squared errors of luminance over pixels, one by one.
+    pub fn squared_error(&self, rows: &[Row<N>]) -> f64 {
+        let error = |c: &[f64; N]| luminance([c[N - 3], c[N - 2], c[N - 1]]) - luminance(self.value(c));
+        rows.iter().map(|(w, c)| w * error(c).powi(2)).sum()
+    }
+}
+
+/// What the GPU knows of a tile of pixels: moments of its rows, and means of its three noises.
+#[derive(Clone)]
+pub struct Tile<const N: usize> {
+    pub rows: Vec<Row<N>>,
+    pub noises: [f64; 3],
+}
+
+impl<const N: usize> Tile<N> {
+    pub fn weight(&self) -> f64 {
+        self.rows.iter().map(|(w, _)| w).sum()
+    }
+
+    /// Weight, noises, means, squares.
+    pub fn flat(&self) -> Vec<f64> {
+        let moments = Moments::of(&self.rows);
+        let noises = self.noises.map(|noise| if moments.weight > 0.0 { noise } else { 0.0 });
+        [&[moments.weight], &noises[..], &moments.mean, &moments.triangle()].concat()
+    }
+}
+
+pub struct TileBuffers {
+    pub means: wgpu::Buffer,
+    pub low: wgpu::Buffer,
+    pub high: wgpu::Buffer,
+}
+
+const fn stride(columns: usize) -> usize {
+    4 + columns
+}
+
+const fn half_squares(columns: usize) -> usize {
+    (columns * (columns + 1) / 2).div_ceil(2)
+}
+
+impl TileBuffers {
+    pub fn upload<const N: usize>(tiles: &[Tile<N>]) -> Self {
+        let (mut means, mut low, mut high) = (vec![], vec![], vec![]);
+        for tile in tiles {
+            let flat: Vec<f32> = tile.flat().into_iter().map(|v| v as f32).collect();
+            let (of_means, squares) = flat.split_at(stride(N));
+            let (of_low, of_high) = squares.split_at(half_squares(N));
+            means.extend(of_means);
+            low.extend(of_low);
+            high.extend(of_high);
+            high.resize(low.len(), 0.0);
+        }
+        Self { means: upload_buffer(&means), low: upload_buffer(&low), high: upload_buffer(&high) }
+    }
+
+    /// Of each tile, as [`Tile::flat`].
+    pub fn download<const N: usize>(&self) -> Vec<f64> {
+        let [means, low, high] = [&self.means, &self.low, &self.high].map(download_buffer);
+        let rest = N * (N + 1) / 2 - half_squares(N);
+        let squares = low.chunks(half_squares(N)).zip(high.chunks(half_squares(N)));
+        let tiles = means.chunks(stride(N)).zip(squares);
+        tiles.flat_map(|(means, (low, high))| [means, low, &high[..rest]].concat()).map(f64::from).collect()
+    }
+}
+
+/// How much more a tile counts than by its number of samples: by inverse variance, floored.
+pub fn factor<const N: usize>(tile: &Tile<N>, window: &[&Tile<N>]) -> f64 {
+    const VARIANCE_FLOOR: f64 = 0.1;
+    let weight: f64 = window.iter().map(|t| t.weight()).sum();
+    let variance = window.iter().map(|t| t.weight() * t.noises[0]).sum::<f64>() / weight.max(1e-30);
+    (1.0 + VARIANCE_FLOOR) / (tile.noises[0] / variance.max(1e-30) + VARIANCE_FLOOR)
+}
+
+/// Least deviation of a feature of the surface that counts, and the change over which colour may change by as much as it is.
+pub fn floor_and_unit(feature: usize, distance: f64) -> (f64, f64) {
+    match feature {
+        3..=5 => (0.02 * distance, 0.1 * distance),
+        7 => (0.05, 0.3),
+        _ => (0.05, 1.0),
+    }
+}
