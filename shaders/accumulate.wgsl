@@ -123,7 +123,10 @@ fn relight(pixel: vec2<u32>) -> Relit {
     let doubt = KALMAN_GAIN * old.w * change * change / max(old_noise.x, 1e-12);
     relit.history = vec4(moved, old.w / (1.0 + doubt));
     relit.noise = old_noise * vec2(gain * gain, 1.0 + slope / sum.w);
-    relit.most = luminance(moved) + frame.firefly_limit * spread / sum.w;
+    if spread > 0.0 {
+        // Where history never varied, as in darkness, nothing tells a firefly from light.
+        relit.most = luminance(moved) + frame.firefly_limit * spread / sum.w;
+    }
     return relit;
 }
 

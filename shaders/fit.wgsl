@@ -70,6 +70,10 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
                 risk = error / max(tested, 1e-30);
             }
         }
+        // Where no pixel tested a window, it has shown nothing: a wider one may.
+        if tested <= 0.0 && radius < frame.widest_window {
+            risk = 1e38;
+        }
         if risk < least {
             least = risk;
             chosen = radius;

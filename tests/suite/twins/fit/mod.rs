@@ -143,6 +143,8 @@ fn candidates(tiles: &[Tile<N>], frame: &FrameUniforms, centre: usize, mallows: 
         let pixels = 16 * members.iter().filter(|&&t| tiles[t].weight() > 0.0).count();
         let cp = residual / weight.max(1e-30) + 2.0 * (F as f64 + 1.0) * noise(1) / pixels.max(1) as f64;
         let risk = if mallows { cp } else { error / tested.max(1e-30) };
+        // A window that no pixel tested has shown nothing.
+        let risk = if tested <= 0.0 && radius < frame.widest_window { f64::INFINITY } else { risk };
         if radius >= frame.least_window {
             let luminances = rows.iter().map(|(_, c)| luminance([c[F], c[F + 1], c[F + 2]]));
             found.push(Candidate {
