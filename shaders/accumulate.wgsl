@@ -2,13 +2,12 @@
 //
 // Reads   signal, guide; reprojected history and noise; innovations.
 // Writes  history: temporal mean of demodulated radiance, effective sample count in w
-//         noise: variance of one sample's luminance, and a deviation with the variance of the temporal mean
+//         noise (layout: include/noise)
 // Source  incremental weighted mean and variance: West, "Updating mean and variance estimates", CACM 1979; spatial
-//         fall-back for short histories: Schied et al. 2017, section 4.2; deviations with flipped signs: the wild bootstrap,
-//         Wu, "Jackknife, Bootstrap and Other Resampling Methods in Regression Analysis", 1986; truncated means: Bubeck,
-//         Cesa-Bianchi and Lugosi, "Bandits with Heavy Tail", 2013, section 2.1
+//         fall-back for short histories: Schied et al. 2017, section 4.2; truncated means: Bubeck, Cesa-Bianchi and Lugosi,
+//         "Bandits with Heavy Tail", 2013, section 2.1
 
-//!include frame numbers surface features innovations
+//!include frame numbers noise surface features innovations
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var signal: texture_2d<f32>;
@@ -17,7 +16,7 @@
 @group(0) @binding(4) var reprojected_noise: texture_2d<f32>;
 @group(0) @binding(5) var<storage, read> innovations: array<f32>;
 @group(0) @binding(6) var history: texture_storage_2d<rgba16float, write>;
-@group(0) @binding(7) var noise: texture_storage_2d<rg32float, write>;
+@group(0) @binding(7) var noise: texture_storage_2d<rgba16float, write>;
 
 // Below this many samples a pixel's own variance means nothing, and its neighbours' spread is used.
 const LEAST_SAMPLES = 4.0;
@@ -39,7 +38,7 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
     let count = min(old.w, max(frame.max_history - k, 0.0)) + k;
     if k == 0.0 {
         textureStore(history, id.xy, vec4(old.rgb, min(old.w, frame.max_history)));
-        textureStore(noise, id.xy, vec4(old_noise, 0.0, 0.0));
+        textureStore(noise, id.xy, pack_noise(old_noise, id.xy, 2u * frame.index + 1u));
         return;
     }
     let alpha = k / count;
@@ -59,20 +58,18 @@ fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     } else {
         // Unbiased where v was: E[d^2] = v (1/k + 1/n) with n samples before, so n / (n + k) k d^2 estimates v.
-        v = mix(old_noise.x, new_share * k * d * d, alpha);
+        v = mix(old_noise.variance, new_share * k * d * d, alpha);
     }
-    // The same recursion and the same resampling as the mean's, but its sign flips with every sample: the signal cancels, the
-    // noise stays. So its square is about the mean's variance, however history was blended and resampled. Flipping, and not
-    // at random, because after a bright sample the next ones deviate downwards: flipped, these add to it and do not hide it.
-    let deviation = alpha * innovation - (1.0 - alpha) * old_noise.y;
+    let flips = select(vec3(1.0), vec3(-1.0), vec3(frame.index) % vec3(1u, 2u, 4u) == vec3(0u));
+    let deviations = alpha * innovation + flips * (1.0 - alpha) * old_noise.deviations;
     textureStore(history, id.xy, vec4(dither_to_half(mean, id.xy, 2u * frame.index + 1u), count));
-    textureStore(noise, id.xy, vec4(v, deviation, 0.0, 0.0));
+    textureStore(noise, id.xy, pack_noise(Noise(v, deviations), id.xy, 2u * frame.index + 1u));
 }
 
 // What the history is believed to be in this frame's light.
 struct Relit {
     history: vec4<f32>,
-    noise: vec2<f32>,
+    noise: Noise,
     samples: f32, // that are in it
     most: f32, // luminance of a sample beyond which it is a firefly
 }
@@ -83,7 +80,7 @@ const MOST_BRIGHTENING = 16.0; // of a history's noise: more is measured anew
 // Moves the history by the predicted change, blended between the four nearest regions' models.
 fn relight(pixel: vec2<u32>) -> Relit {
     let old = textureLoad(reprojected, pixel, 0);
-    let old_noise = textureLoad(reprojected_noise, pixel, 0).xy;
+    let old_noise = unpack_noise(textureLoad(reprojected_noise, pixel, 0));
     var relit = Relit(old, old_noise, min(old.w, frame.max_history), HALF_MAX);
     let surface = unpack_surface(textureLoad(guide, pixel, 0));
     if is_miss(surface) || old.w <= 0.0 || !has(frame, FLAG_INNOVATION) {
@@ -120,9 +117,9 @@ fn relight(pixel: vec2<u32>) -> Relit {
     let change = luminance(moved) - luminance(old.rgb);
     let gain = clamp(luminance(moved) / max(luminance(old.rgb), 1e-6), 0.0, MOST_BRIGHTENING);
     // Kalman: the more a sample would have moved the history, the less the history is worth.
-    let doubt = KALMAN_GAIN * old.w * change * change / max(old_noise.x, 1e-12);
+    let doubt = KALMAN_GAIN * old.w * change * change / max(old_noise.variance, 1e-12);
     relit.history = vec4(moved, old.w / (1.0 + doubt));
-    relit.noise = old_noise * vec2(gain * gain, 1.0 + slope / sum.w);
+    relit.noise = Noise(gain * gain * old_noise.variance, (1.0 + slope / sum.w) * old_noise.deviations);
     if spread > 0.0 {
         // Where history never varied, as in darkness, nothing tells a firefly from light.
         relit.most = luminance(moved) + frame.firefly_limit * spread / sum.w;

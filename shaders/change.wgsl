@@ -4,7 +4,7 @@
 // Writes  region_means, region_squares (layout: include/features)
 // Source  design of the innovation: the Kalman filter's term for what a measurement adds; sums: include/tile_moments
 
-//!include frame numbers surface features innovations tile_moments
+//!include frame numbers noise surface features innovations tile_moments
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var signal: texture_2d<f32>;
@@ -48,6 +48,6 @@ fn load_pixel(pixel: vec2<u32>, lane: u32) {
     columns[lane][FEATURES + 1u] = sample.g - old.g;
     columns[lane][FEATURES + 2u] = sample.b - old.b;
     weights[lane] = sample.w;
-    let own = textureLoad(reprojected_noise, pixel, 0).xy;
-    noises[lane] = vec3(own.x, own.y * own.y, old.w);
+    let own = unpack_noise(textureLoad(reprojected_noise, pixel, 0));
+    noises[lane] = vec3(own.variance, found_variance(own.deviations), old.w);
 }

@@ -4,7 +4,7 @@
 // Writes  output: the caller's image; mix_weight: share of the temporal mean
 // Source  shrinkage towards a model by estimated risk: James and Stein, "Estimation with Quadratic Loss", 1961
 
-//!include frame numbers surface demodulate
+//!include frame numbers noise surface demodulate
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var guide: texture_2d<u32>;
@@ -31,8 +31,8 @@ var<workgroup> positions: array<vec3<f32>, CELLS>;
 var<workgroup> depths: array<f32, CELLS>;
 var<workgroup> ids: array<u32, CELLS>;
 var<workgroup> variances: array<f32, CELLS>;       // of the temporal mean, as expected; < 0 without samples
-var<workgroup> residuals: array<vec2<f32>, CELLS>; // temporal mean minus prediction; the mean's deviation
-var<workgroup> smoothed: array<vec2<f32>, CELLS>;  // residuals, over 3x3
+var<workgroup> residuals: array<vec4<f32>, CELLS>; // temporal mean minus prediction; the mean's deviations
+var<workgroup> smoothed: array<vec4<f32>, CELLS>;  // residuals, over 3x3
 
 @compute @workgroup_size(8, 8)
 fn compose(
@@ -83,7 +83,7 @@ fn load_cell(cell: i32, pixel: vec2<i32>) {
     let predicted = textureLoad(prediction, pixel, 0);
     let mean = luminance(textureLoad(history, pixel, 0).rgb);
     variances[cell] = predicted.w * abs(predicted.w);
-    residuals[cell] = vec2(mean - luminance(predicted.rgb), textureLoad(noise, pixel, 0).y);
+    residuals[cell] = vec4(mean - luminance(predicted.rgb), unpack_noise(textureLoad(noise, pixel, 0)).deviations);
 }
 
 // Whether the cells show one surface and both have samples.
@@ -96,7 +96,7 @@ fn related(a: i32, b: i32) -> bool {
 
 fn smooth_cell(place: vec2<i32>) {
     let cell = place.y * SIDE + place.x;
-    var sum = vec2(0.0);
+    var sum = vec4(0.0);
     var count = 0.0;
     for (var y = -SMOOTH_RADIUS; y <= SMOOTH_RADIUS; y++) {
         for (var x = -SMOOTH_RADIUS; x <= SMOOTH_RADIUS; x++) {
@@ -126,9 +126,9 @@ fn temporal_share(cell: i32) -> f32 {
         for (var x = -POOL_RADIUS; x <= POOL_RADIUS; x++) {
             let tap = cell + y * SIDE + x;
             if related(cell, tap) {
-                error += smoothed[tap].x * smoothed[tap].x - CHANCE * smoothed[tap].y * smoothed[tap].y;
+                error += smoothed[tap].x * smoothed[tap].x - CHANCE * found_variance(smoothed[tap].yzw);
                 expected += variances[tap];
-                found += residuals[tap].y * residuals[tap].y;
+                found += found_variance(residuals[tap].yzw);
                 pooled += 1.0;
             }
         }

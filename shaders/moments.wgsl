@@ -4,7 +4,7 @@
 // Writes  tile_means, tile_squares_low, tile_squares_high (layout: include/features)
 // Source  Moon et al. 2015, section 4: what a linear fit needs to know of its pixels; sums: include/tile_moments
 
-//!include frame numbers surface features tile_moments
+//!include frame numbers noise surface features tile_moments
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var guide: texture_2d<u32>;
@@ -50,6 +50,6 @@ fn load_pixel(pixel: vec2<u32>, lane: u32) {
     // The mean of n samples has n times the certainty of one; how noisy one is here is judged per tile, in `fit`: a
     // weight from a pixel's own samples would favour those that happen to be dark.
     weights[lane] = mean.w;
-    let own = textureLoad(noise, pixel, 0).xy;
-    noises[lane] = vec3(own.x, own.y * own.y, own.x / max(mean.w, 1e-3));
+    let own = unpack_noise(textureLoad(noise, pixel, 0));
+    noises[lane] = vec3(own.variance, found_variance(own.deviations), own.variance / max(mean.w, 1e-3));
 }

@@ -5,7 +5,7 @@
 // Writes  prediction: predicted demodulated radiance; in w the standard error of the temporal mean, < 0 without samples
 // Source  Moon et al. 2015, section 4.3: overlapping predictions are averaged
 
-//!include frame numbers surface features models
+//!include frame numbers noise surface features models
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var guide: texture_2d<u32>;
@@ -68,7 +68,7 @@ fn predict(
         // With a prior sample, as noisy as the window's are: few samples that all were dark are no certainty.
         let l = luminance(predicted);
         let prior = noises.y / sum.w * l * l;
-        let own = noises.x / sum.w * textureLoad(noise, id.xy, 0).x;
+        let own = noises.x / sum.w * unpack_noise(textureLoad(noise, id.xy, 0)).variance;
         standard_error = sqrt((own * mean.w + prior) / (mean.w + 1.0) / mean.w);
     }
     textureStore(prediction, id.xy, vec4(predicted, min(standard_error, HALF_MAX)));

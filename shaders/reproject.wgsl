@@ -5,7 +5,7 @@
 // Source  bilinear taps tested one by one: Schied et al., "Spatiotemporal Variance-Guided Filtering", HPG 2017, section
 //         4.1; cubic weights: Catmull and Rom 1974, as used for history in temporal anti-aliasing
 
-//!include frame numbers surface
+//!include frame numbers noise surface
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var guide: texture_2d<u32>;
@@ -14,7 +14,7 @@
 @group(0) @binding(4) var previous_history: texture_2d<f32>;
 @group(0) @binding(5) var previous_noise: texture_2d<f32>;
 @group(0) @binding(6) var reprojected: texture_storage_2d<rgba16float, write>;
-@group(0) @binding(7) var reprojected_noise: texture_storage_2d<rg32float, write>;
+@group(0) @binding(7) var reprojected_noise: texture_storage_2d<rgba16float, write>;
 
 // Where the pixel's surface was: what a tap must look like to belong to it.
 struct Origin {
@@ -36,14 +36,14 @@ fn reproject(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= frame.size) {
         return;
     }
-    var fetched = Fetched(vec4(0.0), vec2(0.0));
+    var fetched = Fetched(vec4(0.0), Noise());
     let surface = unpack_surface(textureLoad(guide, id.xy, 0));
     if has(frame, FLAG_HISTORY) && !is_miss(surface) {
         fetched = fetch(find_origin(id.xy, surface));
     }
     let mean = dither_to_half(fetched.history.rgb, id.xy, 2u * frame.index);
     textureStore(reprojected, id.xy, vec4(mean, fetched.history.w));
-    textureStore(reprojected_noise, id.xy, vec4(fetched.noise, 0.0, 0.0));
+    textureStore(reprojected_noise, id.xy, pack_noise(fetched.noise, id.xy, 2u * frame.index));
 }
 
 fn find_origin(pixel: vec2<u32>, surface: Surface) -> Origin {
@@ -95,13 +95,13 @@ fn tap_belongs(texel: vec2<i32>, origin: Origin) -> bool {
 
 struct Fetched {
     history: vec4<f32>,
-    noise: vec2<f32>,
+    noise: Noise,
 }
 
 fn fetch(origin: Origin) -> Fetched {
     let base = vec2<i32>(floor(origin.texel));
     let f = origin.texel - floor(origin.texel);
-    var sum = Fetched(vec4(0.0), vec2(0.0));
+    var sum = Fetched(vec4(0.0), Noise());
     var weight = 0.0;
     var all_valid = true;
     for (var i = 0; i < 4; i++) {
@@ -119,20 +119,22 @@ fn fetch(origin: Origin) -> Fetched {
         // A tap that was never sampled has a surface but no mean.
         if tap.w > 0.0 {
             sum.history += w * tap;
-            sum.noise += w * textureLoad(previous_noise, base + step, 0).xy;
+            let noise = unpack_noise(textureLoad(previous_noise, base + step, 0));
+            sum.noise.variance += w * noise.variance;
+            sum.noise.deviations += w * noise.deviations;
             weight += w;
         }
     }
     if weight < LEAST_WEIGHT {
-        return Fetched(vec4(0.0), vec2(0.0));
+        return Fetched(vec4(0.0), Noise());
     }
-    var fetched = Fetched(sum.history / weight, sum.noise / weight);
+    var fetched = Fetched(sum.history / weight, Noise(sum.noise.variance / weight, sum.noise.deviations / weight));
     if all_valid && any(f > vec2(0.0)) {
         let sharp = fetch_catmull_rom(base, f, origin);
         if sharp.valid {
             // Negative lobes may undershoot next to something bright; darker than black is not history.
             fetched.history = vec4(max(sharp.mean, vec3(0.0)), fetched.history.w);
-            fetched.noise.y = sharp.deviation;
+            fetched.noise.deviations = sharp.deviations;
         }
     }
     return fetched;
@@ -151,14 +153,14 @@ fn catmull_rom_weights(f: f32) -> vec4<f32> {
 
 struct Sharp {
     mean: vec3<f32>,
-    deviation: f32, // takes the same weights as the mean, whose noise it stands for
+    deviations: vec3<f32>, // take the same weights as the mean, whose noise they stand for
     valid: bool,    // all taps belong to the surface and have samples
 }
 
 fn fetch_catmull_rom(base: vec2<i32>, f: vec2<f32>, origin: Origin) -> Sharp {
     let wx = catmull_rom_weights(f.x);
     let wy = catmull_rom_weights(f.y);
-    var sharp = Sharp(vec3(0.0), 0.0, false);
+    var sharp = Sharp(vec3(0.0), vec3(0.0), false);
     for (var y = 0; y < 4; y++) {
         for (var x = 0; x < 4; x++) {
             let texel = base + vec2(x - 1, y - 1);
@@ -174,7 +176,7 @@ fn fetch_catmull_rom(base: vec2<i32>, f: vec2<f32>, origin: Origin) -> Sharp {
                 return sharp;
             }
             sharp.mean += w * tap.rgb;
-            sharp.deviation += w * textureLoad(previous_noise, texel, 0).y;
+            sharp.deviations += w * textureLoad(previous_noise, texel, 0).yzw;
         }
     }
     sharp.valid = true;

@@ -330,7 +330,7 @@ impl Scratch {
         Self {
             signal: image(device, "quell signal", size, half_rgba),
             reprojected: image(device, "quell reprojected", size, half_rgba),
-            reprojected_noise: image(device, "quell reprojected noise", size, TextureFormat::Rg32Float),
+            reprojected_noise: image(device, "quell reprojected noise", size, half_rgba),
             prediction: image(device, "quell prediction", size, half_rgba),
             mix_weight: image(device, "quell mix weight", size, float),
             regions: Moments::new(device, "quell region", regions),

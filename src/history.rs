@@ -10,7 +10,7 @@ pub(crate) struct HistoryImages {
     pub guide: TextureView,
     /// Temporal mean of demodulated radiance, effective sample count in w.
     pub mean: TextureView,
-    /// Variance of one sample's luminance, and a deviation with the variance of the mean.
+    /// How far samples scatter, and how far the mean is off by chance.
     pub noise: TextureView,
 }
 
@@ -25,7 +25,7 @@ impl History {
         let copy = || HistoryImages {
             guide: image(device, "quell guide", size, TextureFormat::Rgba32Uint),
             mean: image(device, "quell history", size, TextureFormat::Rgba16Float),
-            noise: image(device, "quell noise", size, TextureFormat::Rg32Float),
+            noise: image(device, "quell noise", size, TextureFormat::Rgba16Float),
         };
         Self { copies: [copy(), copy()], current: 0 }
     }

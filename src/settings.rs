@@ -68,7 +68,7 @@ impl Default for Settings {
             windows: Windows::RingError,
             centres: Centres::Adaptive,
             innovation: true,
-            firefly_limit: f32::INFINITY,
+            firefly_limit: 1.0,
             mix_temporal_mean: true,
         }
     }

@@ -18,11 +18,10 @@ fn pcg(v: u32) -> u32 {
     return (word >> 22u) ^ word;
 }
 
-// Rounds non-negative numbers to half precision at random, up or down so that the mean is right. Rounding to nearest
-// would swallow every step of a long temporal mean that is smaller than half a unit in the last place.
+// Rounds to half precision at random, up or down so that the mean is right. Rounding to nearest would swallow every step of a long temporal mean that is smaller than half a unit in the last place.
 fn dither_to_half(v: vec3<f32>, pixel: vec2<u32>, seed: u32) -> vec3<f32> {
     let random = pcg(pixel.x + pcg(pixel.y + pcg(seed)));
     let steps = vec3(random, random >> 9u, random >> 18u) & vec3(0x1fffu);
     let rounded = bitcast<vec3<f32>>((bitcast<vec3<u32>>(v) + steps) & vec3(0xffffe000u));
-    return min(rounded, vec3(HALF_MAX));
+    return clamp(rounded, vec3(-HALF_MAX), vec3(HALF_MAX));
 }

@@ -1,8 +1,9 @@
 //! Joins a pass's WGSL with the includes that it names in `//!include a b c`.
 
-const INCLUDES: [(&str, &str); 10] = [
+const INCLUDES: [(&str, &str); 11] = [
     ("frame", include_str!("../../shaders/include/frame.wgsl")),
     ("numbers", include_str!("../../shaders/include/numbers.wgsl")),
+    ("noise", include_str!("../../shaders/include/noise.wgsl")),
     ("surface", include_str!("../../shaders/include/surface.wgsl")),
     ("demodulate", include_str!("../../shaders/include/demodulate.wgsl")),
     ("features", include_str!("../../shaders/include/features.wgsl")),

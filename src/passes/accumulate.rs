@@ -15,7 +15,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("reprojected_noise", Kind::Texture),
         ("innovations", Kind::Buffer),
         ("history", Kind::Storage(TextureFormat::Rgba16Float)),
-        ("noise", Kind::Storage(TextureFormat::Rg32Float)),
+        ("noise", Kind::Storage(TextureFormat::Rgba16Float)),
     ],
     workgroup: [8, 8],
     covers: [8, 8],

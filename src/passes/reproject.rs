@@ -15,7 +15,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("previous_history", Kind::Texture),
         ("previous_noise", Kind::Texture),
         ("reprojected", Kind::Storage(TextureFormat::Rgba16Float)),
-        ("reprojected_noise", Kind::Storage(TextureFormat::Rg32Float)),
+        ("reprojected_noise", Kind::Storage(TextureFormat::Rgba16Float)),
     ],
     workgroup: [8, 8],
     covers: [8, 8],

@@ -1,8 +1,9 @@
 //! `change` against its f64 twin.
 
+use super::noise::{Noise, random_noise, unpack};
 use super::regression::{Tile, TileBuffers};
 use super::surface::surface_features;
-use super::{Surface, guide, luminance, mismatches, random_history, random_noise, random_signal};
+use super::{Surface, guide, luminance, mismatches, random_history, random_signal};
 use super::{run, uniforms, wide};
 use crate::gpu::{gpu, upload};
 use crate::sequence::frame;
@@ -22,7 +23,7 @@ fn region(
     surfaces: &[Surface],
     signal: &[[f64; 4]],
     history: &[[f64; 4]],
-    noise: &[[f32; 2]],
+    noise: &[Noise],
 ) -> Tile<N> {
     let [width, height] = u.size;
     let (mut rows, mut sums) = (vec![], [0.0; 3]);
@@ -37,8 +38,7 @@ fn region(
             columns[..SURFACE_FEATURES as usize].copy_from_slice(&surface_features(u, i, &surfaces[i]));
             columns[SURFACE_FEATURES as usize] = luminance([old[0], old[1], old[2]]);
             (0..3).for_each(|c| columns[N - 3 + c] = sample[c] - old[c]);
-            let [v, e] = noise[i].map(f64::from);
-            let noises = [v, e * e, old[3]];
+            let noises = [noise[i].variance, noise[i].found(), old[3]];
             (0..3).for_each(|k| sums[k] += sample[3] * noises[k]);
             rows.push((sample[3], columns));
         }
@@ -68,7 +68,7 @@ fn matches_its_twin_on_every_region() {
             signal: &upload(size, Format::Rgba16Float, &signal),
             guide: &upload(size, Format::Rgba32Uint, &words),
             reprojected: &upload(size, Format::Rgba16Float, &history),
-            reprojected_noise: &upload(size, Format::Rg32Float, &noise),
+            reprojected_noise: &upload(size, Format::Rgba16Float, &noise),
             tile_means: &buffers.means,
             tile_squares_low: &buffers.low,
             tile_squares_high: &buffers.high,
@@ -77,7 +77,7 @@ fn matches_its_twin_on_every_region() {
     });
     let found = buffers.download::<N>();
 
-    let (signal, history) = (wide(&signal), wide(&history));
+    let (signal, history, noise) = (wide(&signal), wide(&history), unpack(&noise));
     let corner = |t: u32| [t % columns * REGION, t / columns * REGION];
     let mut expected: Vec<f64> = (0..columns * region_rows)
         .flat_map(|t| region(&u, corner(t), &surfaces, &signal, &history, &noise).flat())

@@ -1,5 +1,6 @@
 //! `compose` against its f64 twin.
 
+use super::noise::{Noise, random_noise, unpack};
 use super::surface::{position_of, same_surface};
 use super::{guide, luminance, mismatches, random_history, run, uniforms, wide};
 use crate::gpu::{blank, download, gpu, upload};
@@ -35,7 +36,7 @@ fn matches_its_twin_on_random_images() {
             [colour[0], colour[1], colour[2], standard_error].map(half::f16::from_f32)
         })
         .collect();
-    let noise: Vec<[f32; 2]> = surfaces.iter().map(|_| [0.0, random.random_range(-0.3..0.3)]).collect();
+    let noise = random_noise(&mut random, surfaces.len());
     let half_texels = |texels: &[[f32; 4]]| -> Vec<[half::f16; 4]> {
         texels.iter().map(|t| t.map(half::f16::from_f32)).collect()
     };
@@ -48,7 +49,7 @@ fn matches_its_twin_on_random_images() {
             guide: &upload(SIZE, Format::Rgba32Uint, &words),
             prediction: &upload(SIZE, Format::Rgba16Float, &prediction),
             history: &upload(SIZE, Format::Rgba16Float, &history),
-            noise: &upload(SIZE, Format::Rg32Float, &noise),
+            noise: &upload(SIZE, Format::Rgba16Float, &noise),
             radiance: &upload(SIZE, Format::Rgba32Float, &frame.radiance),
             albedo: &upload(SIZE, Format::Rgba16Float, &albedo),
             emission: &upload(SIZE, Format::Rgba16Float, &emission),
@@ -77,7 +78,7 @@ fn matches_its_twin_on_random_images() {
         taps.filter(|&t| related(i, t)).collect()
     };
     let residual = |i: usize| luminance(rgb(&history[i])) - luminance(rgb(&prediction[i]));
-    let deviation = |i: usize| f64::from(noise[i][1]);
+    let noise = unpack(&noise);
     let mean = |taps: &[usize], value: &dyn Fn(usize) -> f64| {
         taps.iter().map(|&t| value(t)).sum::<f64>() / taps.len().max(1) as f64
     };
@@ -92,11 +93,13 @@ fn matches_its_twin_on_random_images() {
         let pool = around(i, 2);
         let error = |t: usize| {
             let taps = around(t, 1);
-            mean(&taps, &residual).powi(2) - 2.0 * mean(&taps, &deviation).powi(2)
+            let deviations = std::array::from_fn(|k| mean(&taps, &|t| noise[t].deviations[k]));
+            let found = Noise { deviations, ..Noise::default() }.found();
+            mean(&taps, &residual).powi(2) - 2.0 * found
         };
         let error = pool.iter().map(|&t| error(t)).sum::<f64>().max(0.0);
         let variance = pool.iter().map(|&t| prediction[t][3].powi(2)).sum::<f64>();
-        let variance = variance.max(pool.iter().map(|&t| deviation(t).powi(2)).sum());
+        let variance = variance.max(pool.iter().map(|&t| noise[t].found()).sum());
         let none = prediction[i][3] < 0.0 || error == 0.0;
         let share = if none { 0.0 } else { error / (error + variance) * (1.0 - 1.0 / pool.len() as f64) };
         let colour: [f64; 3] = std::array::from_fn(|c| {

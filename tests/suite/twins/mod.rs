@@ -6,6 +6,7 @@ mod compose;
 mod fit;
 mod innovation;
 mod moments;
+mod noise;
 mod predict;
 mod regression;
 mod reproject;
@@ -67,11 +68,6 @@ fn random_history(random: &mut StdRng, pixels: usize) -> Vec<[half::f16; 4]> {
         [colour, colour * 0.7, colour * random.random::<f32>(), count].map(half::f16::from_f32)
     };
     (0..pixels).map(|_| texel(random)).collect()
-}
-
-/// Variance of one sample, and deviation of the mean.
-fn random_noise(random: &mut StdRng, pixels: usize) -> Vec<[f32; 2]> {
-    (0..pixels).map(|_| [random.random_range(0.0..2.0), random.random_range(-1.0..1.0)]).collect()
 }
 
 /// Samples of a frame with their number: none, one, or many.

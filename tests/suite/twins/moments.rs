@@ -1,8 +1,9 @@
 //! `moments` against its f64 twin.
 
+use super::noise::{Noise, random_noise, unpack};
 use super::regression::{Tile, TileBuffers};
 use super::surface::features;
-use super::{Surface, guide, mismatches, random_history, random_noise, run, uniforms, wide};
+use super::{Surface, guide, mismatches, random_history, run, uniforms, wide};
 use crate::gpu::{gpu, upload};
 use crate::sequence::frame;
 use glam::Vec3;
@@ -20,7 +21,7 @@ fn tile(
     [x, y]: [u32; 2],
     surfaces: &[Surface],
     history: &[[f64; 4]],
-    noise: &[[f32; 2]],
+    noise: &[Noise],
 ) -> Tile<N> {
     let [width, height] = u.size;
     let (mut rows, mut sums) = (vec![], [0.0; 3]);
@@ -33,8 +34,8 @@ fn tile(
             let mut columns = [0.0; N];
             columns[..N - 3].copy_from_slice(&features(u, i, &surfaces[i]));
             columns[N - 3..].copy_from_slice(&history[i][..3]);
-            let ([v, e], n) = (noise[i].map(f64::from), history[i][3]);
-            let noises = [v, e * e, v / n];
+            let (noise, n) = (&noise[i], history[i][3]);
+            let noises = [noise.variance, noise.found(), noise.variance / n];
             (0..3).for_each(|k| sums[k] += n * noises[k]);
             rows.push((n, columns));
         }
@@ -62,7 +63,7 @@ fn match_their_twin_on_every_tile() {
         let views = MomentsViews {
             guide: &upload(size, Format::Rgba32Uint, &words),
             history: &upload(size, Format::Rgba16Float, &history),
-            noise: &upload(size, Format::Rg32Float, &noise),
+            noise: &upload(size, Format::Rgba16Float, &noise),
             tile_means: &buffers.means,
             tile_squares_low: &buffers.low,
             tile_squares_high: &buffers.high,
@@ -71,7 +72,7 @@ fn match_their_twin_on_every_tile() {
     });
     let found = buffers.download::<N>();
 
-    let history = wide(&history);
+    let (history, noise) = (wide(&history), unpack(&noise));
     let corner = |t: u32| [t % columns * TILE, t / columns * TILE];
     let mut expected: Vec<f64> = (0..columns * tile_rows)
         .flat_map(|t| tile(&u, corner(t), &surfaces, &history, &noise).flat())

@@ -1,6 +1,7 @@
 //! `predict` against its f64 twin.
 
 use super::moments::N;
+use super::noise::{random_noise, unpack};
 use super::regression::Model;
 use super::surface::features;
 use super::{guide, luminance, mismatches, random_history, run, uniforms, wide};
@@ -43,14 +44,14 @@ fn matches_its_twin_for_random_windows() {
             if none { 0 } else { random.random_range(1..=WIDEST_WINDOW) }
         })
         .collect();
-    let noise: Vec<[f32; 2]> = surfaces.iter().map(|_| [random.random_range(0.0..2.0), 0.0]).collect();
+    let noise = random_noise(&mut random, surfaces.len());
     let prediction = blank(SIZE, Format::Rgba16Float);
     let pass = Predict::new(&gpu().device);
     run(&u, |recorder| {
         let views = PredictViews {
             guide: &upload(SIZE, Format::Rgba32Uint, &words),
             history: &upload(SIZE, Format::Rgba16Float, &history),
-            noise: &upload(SIZE, Format::Rg32Float, &noise),
+            noise: &upload(SIZE, Format::Rgba16Float, &noise),
             models: &upload_buffer(&models),
             windows: &upload_words(&windows),
             prediction: &prediction,
@@ -59,7 +60,7 @@ fn matches_its_twin_for_random_windows() {
     });
     let found = wide(&download(&prediction));
 
-    let history = wide(&history);
+    let (history, noise) = (wide(&history), unpack(&noise));
     let (mut expected, mut alone) = (vec![], 0);
     for (i, surface) in surfaces.iter().enumerate() {
         if surface.is_miss() {
@@ -91,7 +92,7 @@ fn matches_its_twin_for_random_windows() {
             let n = history[i][3];
             // With a prior sample, as noisy as the window's.
             let prior = relative_noise / total * luminance(predicted).powi(2);
-            ((gain / total * f64::from(noise[i][0]) * n + prior) / (n + 1.0) / n).sqrt()
+            ((gain / total * noise[i].variance * n + prior) / (n + 1.0) / n).sqrt()
         } else {
             -1.0
         };

@@ -1,5 +1,6 @@
 //! `reproject` against its f64 twin.
 
+use super::noise::{Noise, random_noise, unpack};
 use super::surface::{Surface, position_at, position_of, project};
 use super::{guide, mismatches, random_history, run, uniforms, wide};
 use crate::gpu::{blank, download, gpu, upload};
@@ -13,7 +14,7 @@ use wgpu::TextureFormat as Format;
 struct Previous<'a> {
     surfaces: &'a [Surface],
     history: &'a [[f64; 4]],
-    noise: &'a [[f32; 2]],
+    noise: &'a [Noise],
 }
 
 /// Texel, position relative to the previous eye, surface and tolerance of a pixel's origin.
@@ -73,10 +74,10 @@ fn cubic(f: f64) -> [f64; 4] {
     [-f3 + 2.0 * f2 - f, 3.0 * f3 - 5.0 * f2 + 2.0, -3.0 * f3 + 4.0 * f2 + f, f3 - f2].map(|w| 0.5 * w)
 }
 
-fn reproject(u: &FrameUniforms, origin: &Origin, previous: &Previous<'_>) -> ([f64; 4], [f64; 2]) {
+fn reproject(u: &FrameUniforms, origin: &Origin, previous: &Previous<'_>) -> ([f64; 4], Noise) {
     let base = origin.texel.floor();
     let f = origin.texel - base;
-    let (mut sum, mut noise, mut weight, mut all_valid) = ([0.0; 4], [0.0; 2], 0.0, true);
+    let (mut sum, mut noise, mut weight, mut all_valid) = ([0.0; 4], Noise::default(), 0.0, true);
     for (dx, dy) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
         let w = (1.0 - (f.x - dx).abs()) * (1.0 - (f.y - dy).abs());
         if w == 0.0 {
@@ -85,7 +86,8 @@ fn reproject(u: &FrameUniforms, origin: &Origin, previous: &Previous<'_>) -> ([f
         match tap(u, base + DVec2::new(dx, dy), origin, previous) {
             Some(i) if previous.history[i][3] > 0.0 => {
                 (0..4).for_each(|c| sum[c] += w * previous.history[i][c]);
-                (0..2).for_each(|c| noise[c] += w * f64::from(previous.noise[i][c]));
+                noise.variance += w * previous.noise[i].variance;
+                (0..3).for_each(|k| noise.deviations[k] += w * previous.noise[i].deviations[k]);
                 weight += w;
             }
             Some(_) => {}
@@ -93,12 +95,13 @@ fn reproject(u: &FrameUniforms, origin: &Origin, previous: &Previous<'_>) -> ([f
         }
     }
     if weight < 0.05 {
-        return ([0.0; 4], [0.0; 2]);
+        return ([0.0; 4], Noise::default());
     }
     let mut history = sum.map(|s| s / weight);
-    let mut noise = noise.map(|s| s / weight);
+    noise.variance /= weight;
+    noise.deviations = noise.deviations.map(|s| s / weight);
     if all_valid && f != DVec2::ZERO {
-        let mut sharp = Some([0.0; 4]);
+        let mut sharp = Some([0.0; 6]);
         for (y, wy) in (-1..).zip(cubic(f.y)) {
             for (x, wx) in (-1..).zip(cubic(f.x)) {
                 if wx * wy == 0.0 {
@@ -108,14 +111,14 @@ fn reproject(u: &FrameUniforms, origin: &Origin, previous: &Previous<'_>) -> ([f
                 let index = tap(u, at, origin, previous).filter(|&i| previous.history[i][3] > 0.0);
                 sharp = sharp.zip(index).map(|(mut sum, i)| {
                     (0..3).for_each(|c| sum[c] += wx * wy * previous.history[i][c]);
-                    sum[3] += wx * wy * f64::from(previous.noise[i][1]);
+                    (0..3).for_each(|k| sum[3 + k] += wx * wy * previous.noise[i].deviations[k]);
                     sum
                 });
             }
         }
         if let Some(sharp) = sharp {
             (0..3).for_each(|c| history[c] = sharp[c].max(0.0));
-            noise[1] = sharp[3];
+            noise.deviations.copy_from_slice(&sharp[3..]);
         }
     }
     (history, noise)
@@ -141,11 +144,10 @@ fn check(
     let (words, surfaces) = guide(now);
     let (previous_words, previous_surfaces) = guide(before);
     let history = random_history(&mut random, surfaces.len());
-    let noise: Vec<[f32; 2]> =
-        surfaces.iter().map(|_| [random.random_range(0.0..2.0), random.random_range(-1.0..1.0)]).collect();
+    let noise = random_noise(&mut random, surfaces.len());
     let size = now.size;
     let reprojected = blank(size, Format::Rgba16Float);
-    let reprojected_noise = blank(size, Format::Rg32Float);
+    let reprojected_noise = blank(size, Format::Rgba16Float);
     let pass = Reproject::new(&gpu().device);
     run(&u, |recorder| {
         let views = ReprojectViews {
@@ -153,32 +155,29 @@ fn check(
             motion: &upload(size, Format::Rgba32Float, &gpu_motion),
             previous_guide: &upload(size, Format::Rgba32Uint, &previous_words),
             previous_history: &upload(size, Format::Rgba16Float, &history),
-            previous_noise: &upload(size, Format::Rg32Float, &noise),
+            previous_noise: &upload(size, Format::Rgba16Float, &noise),
             reprojected: &reprojected,
             reprojected_noise: &reprojected_noise,
         };
         pass.record(recorder, &views, size);
     });
     let found = wide(&download(&reprojected));
-    let found_noise: Vec<[f32; 2]> = download(&reprojected_noise);
+    let found_noise = wide(&download(&reprojected_noise));
 
-    let wide_history = wide(&history);
+    let (wide_history, noise) = (wide(&history), unpack(&noise));
     let previous = Previous { surfaces: &previous_surfaces, history: &wide_history, noise: &noise };
     let expected: Vec<_> = surfaces
         .iter()
         .enumerate()
         .map(|(i, &surface)| {
             let origin = find_origin(&u, i, surface, motion[i]).filter(|_| !surface.is_miss());
-            origin.map_or(([0.0; 4], [0.0; 2]), |origin| reproject(&u, &origin, &previous))
+            origin.map_or(([0.0; 4], Noise::default()), |origin| reproject(&u, &origin, &previous))
         })
         .collect();
     assert!(expected.iter().any(|(h, _)| h[3] > 0.0), "no pixel has history: the test would show nothing");
-    let flat: Vec<f64> = expected.iter().flat_map(|(h, v)| [h[0], h[1], h[2], h[3], v[0], v[1]]).collect();
-    let flat_found: Vec<f64> = found
-        .iter()
-        .zip(&found_noise)
-        .flat_map(|(h, v)| [h[0], h[1], h[2], h[3], f64::from(v[0]), f64::from(v[1])])
-        .collect();
+    let flat: Vec<f64> = expected.iter().flat_map(|(h, noise)| [*h, noise.packed()].concat()).collect();
+    let flat_found: Vec<f64> =
+        found.iter().zip(&found_noise).flat_map(|(h, noise)| [*h, *noise].concat()).collect();
     // Half floats round to 2^-10 of the value (dithered: up to one whole step); 2e-3 near 0 is that of a texel's weight.
     mismatches(&flat_found, &flat, 2.0_f64.powi(-10) + 1e-4, 2e-3)
 }
