@@ -120,7 +120,10 @@ fn relight(pixel: vec2<u32>) -> Relit {
     let doubt = KALMAN_GAIN * old.w * change * change / max(old_noise.variance, 1e-12);
     relit.history = vec4(moved, old.w / (1.0 + doubt));
     relit.noise = Noise(gain * gain * old_noise.variance, (1.0 + slope / sum.w) * old_noise.deviations);
-    relit.most = luminance(moved) + frame.firefly_limit * spread / sum.w;
+    if spread > 0.0 {
+        // Where history never varied, as in darkness, nothing tells a firefly from light.
+        relit.most = luminance(moved) + frame.firefly_limit * spread / sum.w;
+    }
     return relit;
 }
 

@@ -71,7 +71,9 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
         if !has(frame, FLAG_MALLOWS) {
             risk = error / max(tested, 1e-30);
         }
-        if radius >= frame.least_window && risk < least {
+        // A window without samples has shown nothing: a wider one may.
+        let known = sums[TILE_WEIGHT] > 0.0 || radius == frame.widest_window;
+        if known && radius >= frame.least_window && risk < least {
             least = risk;
             chosen = radius;
             write_model(centre * MODEL_STRIDE, residual, risk, lane);

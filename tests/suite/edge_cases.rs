@@ -7,6 +7,7 @@ use quell::{
     Camera, Centres, CreateError, DebugView, Denoiser, DenoiserDescriptor, FrameError, FrameInputs,
     HistoryMode, Settings, Windows,
 };
+use rand::{Rng, SeedableRng, rngs::StdRng};
 use wgpu::TextureFormat as Format;
 
 const EYE: Vec3 = Vec3::new(0.0, 1.4, 1.0);
@@ -170,6 +171,26 @@ fn pixels_without_samples_are_predicted() {
     let output = denoise(&mut quell, &sparse, &Settings::default());
     let quality = psnr(&output, &sparse.truth);
     assert!(quality > 22.0, "{quality:.1} dB");
+}
+
+/// One sample in 200 pixels: windows that choose their size reach as far for one as those that are always the widest.
+#[test]
+fn pixels_far_from_any_sample_are_predicted() {
+    let mut sparse = frame([128, 72], EYE, EYE, 1);
+    sparse.truth.fill([1.0; 3]);
+    sparse.radiance.fill([1.0; 4]);
+    let mut random = StdRng::seed_from_u64(7);
+    sparse.samples.iter_mut().for_each(|samples| *samples = random.random_bool(0.005).into());
+    let black = |windows| {
+        let settings = Settings { windows, ..Settings::default() };
+        let output = denoise(&mut denoiser([128, 72]), &sparse, &settings);
+        output.iter().filter(|colour| colour[1] == 0.0).count()
+    };
+    let [by_ring, by_cp, widest] = [Windows::RingError, Windows::MallowsCp, Windows::Fixed(3)].map(black);
+    println!(
+        "pixels without prediction: {by_ring} by ring error, {by_cp} by Cp, {widest} with the widest windows"
+    );
+    assert!(by_ring <= widest && by_cp <= widest);
 }
 
 #[test]

@@ -105,7 +105,7 @@ fn relight(
             variance: noise.variance * gain * gain,
             deviations: noise.deviations.map(|d| d * (1.0 + slope / total)),
         },
-        most: after + f64::from(u.firefly_limit) * spread / total,
+        most: if spread > 0.0 { after + f64::from(u.firefly_limit) * spread / total } else { f64::INFINITY },
         ..unlit
     }
 }
@@ -116,7 +116,7 @@ fn random_models(random: &mut StdRng, u: &FrameUniforms) -> Vec<f32> {
         let mut model: Vec<f32> =
             (0..INNOVATIONS.model_stride()).map(|_| random.random_range(-0.05..0.05)).collect();
         model[0] = if random.random_bool(0.2) { 0.0 } else { random.random_range(1.0..600.0) };
-        model[1] = random.random_range(0.0..2.0);
+        model[1] = if random.random_bool(0.2) { 0.0 } else { random.random_range(0.0..2.0) };
         let change = random.random_range(-1.0..1.0_f32).powi(3);
         model[INNOVATIONS.head as usize + N - 3..][..3].fill(change);
         let last = model.len() - 3;

@@ -125,7 +125,7 @@ fn candidates(tiles: &[Tile<N>], frame: &FrameUniforms, centre: usize, mallows: 
     let (mut error, mut tested) = (0.0, 0.0);
     for (radius, ring) in (0..).zip(&rings) {
         let ring_rows = rows_of(ring);
-        if let Some(inner) = &inner {
+        if let Some(inner) = inner.as_ref().filter(|_| radius > 1) {
             error += inner.squared_error(&ring_rows);
             tested += ring_rows.iter().map(|(w, _)| w).sum::<f64>();
         }
@@ -142,7 +142,12 @@ fn candidates(tiles: &[Tile<N>], frame: &FrameUniforms, centre: usize, mallows: 
         let residual = model.squared_error(&rows);
         let pixels = 16 * members.iter().filter(|&&t| tiles[t].weight() > 0.0).count();
         let cp = residual / weight.max(1e-30) + 2.0 * (F as f64 + 1.0) * noise(1) / pixels.max(1) as f64;
+        if radius == 1 {
+            (error, tested) = (cp * weight, weight);
+        }
         let risk = if mallows { cp } else { error / tested.max(1e-30) };
+        // A window without samples has shown nothing.
+        let risk = if weight <= 0.0 && radius < frame.widest_window { f64::INFINITY } else { risk };
         if radius >= frame.least_window {
             let luminances = rows.iter().map(|(_, c)| luminance([c[F], c[F + 1], c[F + 2]]));
             found.push(Candidate {
