@@ -116,10 +116,14 @@ fn models_picture(pixel: vec2<u32>) -> vec3<f32> {
     let is_centre = windows[u32(own.y) * frame.tiles.x + u32(own.x)] > 0u;
     let middle = vec2<u32>(own) * TILE + TILE / 2u;
     if is_centre && all(pixel + 1u >= middle) && all(pixel <= middle) {
-        return vec3(1.0);
+        return window_hue(f32(windows[u32(own.y) * frame.tiles.x + u32(own.x)]));
     }
-    // Red: windows of 3x3 tiles; blue: of 7x7.
-    return 0.6 * hue(sum.y / max(sum.x, 1e-30) / 3.0 - 1.0 / 3.0);
+    return 0.4 * window_hue(sum.y / max(sum.x, 1e-30));
+}
+
+// Red: a window of 3x3 tiles; green: 5x5; blue: 7x7.
+fn window_hue(radius: f32) -> vec3<f32> {
+    return hue((radius - 1.0) / f32(WIDEST_WINDOW));
 }
 
 fn hue(turns: f32) -> vec3<f32> {

@@ -68,7 +68,7 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
             tested = sums[TILE_WEIGHT];
             error = risk * tested;
         }
-        if !has(frame, FLAG_MALLOWS) {
+        if has(frame, FLAG_RING_ERROR) {
             risk = error / max(tested, 1e-30);
         }
         // A window without samples has shown nothing: a wider one may.

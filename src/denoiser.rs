@@ -310,7 +310,7 @@ impl Denoiser {
                 | flag(motion_depth, flags::MOTION_DEPTH)
                 | flag(settings.mix_temporal_mean, flags::MIX)
                 | flag(settings.innovation, flags::INNOVATION)
-                | flag(settings.windows == Windows::MallowsCp, flags::MALLOWS),
+                | flag(settings.windows == Windows::RingError, flags::RING_ERROR),
             debug_view: inputs.debug.map_or(0, |(view, _)| view as u32),
             ..FrameUniforms::zeroed()
         };

@@ -47,7 +47,7 @@ const FLAG_EMISSION = 4u;
 const FLAG_SAMPLE_COUNT = 8u;
 const FLAG_MOTION_DEPTH = 16u;  // motion.z holds the change of depth
 const FLAG_MIX = 32u;           // mix the prediction with the temporal mean
-const FLAG_MALLOWS = 64u;       // windows by Mallows' Cp, not by the ring error
+const FLAG_RING_ERROR = 64u;    // windows by the ring error, not by Mallows' Cp
 const FLAG_INNOVATION = 128u;   // relight the history
 
 const LEVELS = 4u;

@@ -14,7 +14,7 @@ pub mod flags {
     pub const SAMPLE_COUNT: u32 = 8;
     pub const MOTION_DEPTH: u32 = 16;
     pub const MIX: u32 = 32;
-    pub const MALLOWS: u32 = 64;
+    pub const RING_ERROR: u32 = 64;
     pub const INNOVATION: u32 = 128;
 }
 

@@ -83,7 +83,7 @@ fn constants_match_the_wgsl() {
         ("FLAG_SAMPLE_COUNT", flags::SAMPLE_COUNT),
         ("FLAG_MOTION_DEPTH", flags::MOTION_DEPTH),
         ("FLAG_MIX", flags::MIX),
-        ("FLAG_MALLOWS", flags::MALLOWS),
+        ("FLAG_RING_ERROR", flags::RING_ERROR),
         ("FLAG_INNOVATION", flags::INNOVATION),
     ];
     for (name, value) in expected {

@@ -34,7 +34,7 @@ fn compare(
     let mut wrong = vec![];
     for (centre, &radius) in found.windows.iter().enumerate().filter(|(_, radius)| **radius > 0) {
         chosen[radius as usize] += 1;
-        let all = candidates(tiles, &found.frame, centre, windows == Windows::MallowsCp);
+        let all = candidates(tiles, &found.frame, centre, windows == Windows::RingError);
         let least = all.iter().map(|candidate| candidate.risk).fold(f64::INFINITY, f64::min);
         let Some(twin) = all.into_iter().find(|candidate| candidate.radius == radius) else {
             wrong_windows += 1;
@@ -112,7 +112,7 @@ fn the_comparison_fails_on_other_tiles() {
     for (_, c) in moved.iter_mut().flat_map(|tile| &mut tile.rows) {
         c[F] += if (20.0..25.0).contains(&c[9]) { 4.0 } else { 0.0 };
     }
-    let (difference, _) = compare(&tiles, &moved, Windows::RingError, Centres::Uniform(1));
+    let (difference, _) = compare(&tiles, &moved, Windows::MallowsCp, Centres::Uniform(1));
     assert!(difference.windows > 10, "{difference:?}");
     // And a ring's error that was weighted wrongly.
     let mut noisier = tiles.clone();

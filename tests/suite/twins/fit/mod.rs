@@ -33,7 +33,7 @@ fn run_fit(tiles: &[Tile<N>], size: [u32; 2], windows: Windows, centres: Centres
     let any_frame = frame(size, eye, eye, 1);
     let mut u = uniforms(&any_frame, &any_frame);
     u.set_windows(windows, centres);
-    u.flags |= if windows == Windows::MallowsCp { quell::gpu::flags::MALLOWS } else { 0 };
+    u.flags |= if windows == Windows::RingError { quell::gpu::flags::RING_ERROR } else { 0 };
     assert_eq!(tiles.len() as u64, layout::count(u.tiles));
     let buffers = TileBuffers::upload(tiles);
     let nothing = || upload_words(&vec![0; tiles.len()]);
@@ -102,7 +102,7 @@ pub fn ring(grid: [u32; 2], centre: usize, radius: i64) -> Vec<usize> {
 }
 
 /// All windows that the centre may choose, inside out. Errors on rings are found by predicting pixel by pixel.
-fn candidates(tiles: &[Tile<N>], frame: &FrameUniforms, centre: usize, mallows: bool) -> Vec<Candidate> {
+fn candidates(tiles: &[Tile<N>], frame: &FrameUniforms, centre: usize, by_ring: bool) -> Vec<Candidate> {
     let rings: Vec<Vec<usize>> =
         (0..=frame.widest_window).map(|radius| ring(frame.tiles, centre, radius.into())).collect();
     let all: Vec<&Tile<N>> = rings.iter().flatten().map(|&t| &tiles[t]).collect();
@@ -145,7 +145,7 @@ fn candidates(tiles: &[Tile<N>], frame: &FrameUniforms, centre: usize, mallows: 
         if radius == 1 {
             (error, tested) = (cp * weight, weight);
         }
-        let risk = if mallows { cp } else { error / tested.max(1e-30) };
+        let risk = if by_ring { error / tested.max(1e-30) } else { cp };
         // A window without samples has shown nothing.
         let risk = if weight <= 0.0 && radius < frame.widest_window { f64::INFINITY } else { risk };
         if radius >= frame.least_window {
