@@ -137,6 +137,7 @@ impl FrameSource for Walkthrough {
                 &self.scene.name,
                 size,
                 self.time_s,
+                targets.quell.models(),
                 shows_reference.then(|| targets.reference.samples()),
             ),
         };
@@ -147,8 +148,20 @@ impl FrameSource for Walkthrough {
     }
 }
 
-fn status(scene: &str, [width, height]: [u32; 2], time_s: f32, reference_spp: Option<u32>) -> String {
+fn status(
+    scene: &str,
+    [width, height]: [u32; 2],
+    time_s: f32,
+    models: Option<u32>,
+    reference_spp: Option<u32>,
+) -> String {
+    let models = models.map_or(String::new(), |models| {
+        format!(
+            ", {models} models (one per {:.0} pixels)",
+            f64::from(width * height) / f64::from(models.max(1))
+        )
+    });
     let reference =
         reference_spp.map_or(String::new(), |spp| format!(", reference {spp} spp (pause to converge)"));
-    format!("{scene}, {width}x{height}, {time_s:.1} s{reference}")
+    format!("{scene}, {width}x{height}, {time_s:.1} s{models}{reference}")
 }

@@ -2,7 +2,7 @@
 
 use super::view_state::{ViewMode, ViewState};
 use egui::{Color32, ComboBox, Pos2, Rect, Sense, Slider, Stroke, Ui, Vec2};
-use quell::DebugView;
+use quell::{Centres, DebugView, Windows};
 use std::collections::VecDeque;
 
 /// Frames in the frame-time graph.
@@ -98,6 +98,23 @@ fn denoiser_controls(ui: &mut Ui, view: &mut ViewState) {
     let settings = &mut view.settings;
     ui.add(Slider::new(&mut settings.max_history, 1.0..=1024.0).logarithmic(true).integer().text("History"))
         .on_hover_text("Higher keeps more detail and less noise; lower follows changes of the light sooner");
+    const WINDOWS: [(Windows, &str); 5] = [
+        (Windows::MallowsCp, "by Mallows' Cp"),
+        (Windows::RingError, "by ring error"),
+        (Windows::Fixed(1), "12 pixels"),
+        (Windows::Fixed(2), "20 pixels"),
+        (Windows::Fixed(3), "28 pixels"),
+    ];
+    const CENTRES: [(Centres, &str); 4] = [
+        (Centres::Adaptive, "adaptive"),
+        (Centres::Uniform(1), "every 4 pixels"),
+        (Centres::Uniform(2), "every 8 pixels"),
+        (Centres::Uniform(4), "every 16 pixels"),
+    ];
+    choice(ui, "Windows", &mut settings.windows, &WINDOWS);
+    choice(ui, "Centres", &mut settings.centres, &CENTRES);
+    ui.add(Slider::new(&mut settings.firefly_limit, 0.1..=100.0).logarithmic(true).text("Firefly limit"))
+        .on_hover_text("Standard errors by which one sample may move its neighbourhood's mean");
     ui.checkbox(&mut settings.innovation, "Predict changes of the light")
         .on_hover_text("Off, a light that was switched fades over the length of the history");
     ui.checkbox(&mut settings.mix_temporal_mean, "Mix with the temporal mean")
@@ -107,6 +124,15 @@ fn denoiser_controls(ui: &mut Ui, view: &mut ViewState) {
         // The source's own: what it renders decides them.
         *settings = quell::Settings { far: settings.far, motion_scale: settings.motion_scale, ..defaults };
     }
+}
+
+fn choice<T: Copy + PartialEq>(ui: &mut Ui, label: &str, value: &mut T, options: &[(T, &str)]) {
+    let name = options.iter().find(|(option, _)| option == value).map_or("", |(_, name)| name);
+    ComboBox::from_label(label).selected_text(name).show_ui(ui, |ui| {
+        for &(option, name) in options {
+            ui.selectable_value(value, option, name);
+        }
+    });
 }
 
 fn frame_graph(ui: &mut Ui, times_s: &VecDeque<f32>) {
