@@ -73,7 +73,7 @@ fn a_study_is_a_page_with_the_numbers_of_its_json() {
         assert_eq!(pixel["true_error"].as_array().unwrap().len(), 3);
         assert_eq!(pixel["estimated_error"].as_array().unwrap().len(), 2, "one of each run");
     }
-    for name in ["noisy", "reference", "dense", "uniform_zoom", "adaptive_centres", "adaptive_cp"] {
+    for name in ["noisy", "reference", "dense", "uniform_zoom", "adaptive_centres", "adaptive_ring"] {
         let png = image::open(folder.path().join(format!("{name}.png"))).unwrap();
         let size = if name.ends_with("zoom") { (480, 240) } else { (64, 36) };
         assert_eq!((png.width(), png.height()), size, "{name}");
