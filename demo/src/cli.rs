@@ -40,7 +40,7 @@ pub enum Command {
     /// Writes `frame_0000.exr` (linear R, G, B), `frame_0000.png` (as shown) and so on. Where the capture has
     /// reference images, prints metrics and writes them to `metrics.json`.
     Replay(ReplayArgs),
-    /// Compare dense, uniform and adaptive models on one image, and estimated with true errors
+    /// Compare dense, uniform and adaptive models on one image, estimated with true errors, and errors over frames
     ///
     /// Writes `study.html`, which needs no other file, its numbers as `study.json`, and its pictures.
     Study(StudyArgs),
