@@ -109,7 +109,7 @@ fn check_convergence(convergence: &Value, page: &str) {
 }
 
 #[test]
-fn convergence_can_be_left_out() {
+fn a_study_can_leave_convergence_out() {
     let folder = tempfile::tempdir().unwrap();
     let less = ["study", "--size", "32x18", "--spp", "1", "--reference", "2", "--runs", "1", "--frames", "0"];
     assert_succeeds(&demo(&[&less[..], &["--out", folder.path().to_str().unwrap()]].concat()));
