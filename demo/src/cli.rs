@@ -40,7 +40,7 @@ pub enum Command {
     /// Writes `frame_0000.exr` (linear R, G, B), `frame_0000.png` (as shown) and so on. Where the capture has
     /// reference images, prints metrics and writes them to `metrics.json`.
     Replay(ReplayArgs),
-    /// Compare dense, uniform and adaptive models on one image, and estimated with true errors
+    /// Compare dense, uniform and adaptive models on one image, estimated with true errors, and errors over frames
     ///
     /// Writes `study.html`, which needs no other file, its numbers as `study.json`, and its pictures.
     Study(StudyArgs),
@@ -175,6 +175,9 @@ pub struct StudyArgs {
     /// Images with independent noise over which true errors are averaged
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub runs: u32,
+    /// Frames of the still view, 1 sample per pixel each, over which convergence is measured; 0 leaves it out
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(..=100_000))]
+    pub frames: u32,
     /// Part of the image to enlarge, in pixels [default: where the most detail is]
     #[arg(long, value_name = "X,Y,W,H", value_parser = rect)]
     pub zoom: Option<Rect>,
@@ -276,6 +279,7 @@ fn run_study(args: StudyArgs) -> Result<()> {
         reference_spp: args.reference,
         seed: args.seed,
         runs: args.runs,
+        frames: args.frames,
         zoom: args.zoom,
         pixels: args.pixels,
         out: args.out,

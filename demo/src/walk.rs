@@ -86,7 +86,12 @@ impl Walk {
 
     /// Records the tracing of frame `index` into [`gbuffer`](Self::gbuffer).
     pub fn trace(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, index: u32) {
-        let WalkOptions { spp, seed, .. } = self.options;
+        self.trace_with(gpu, encoder, index, self.options.spp);
+    }
+
+    /// [`trace`](Self::trace) with another number of samples per pixel.
+    pub fn trace_with(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, index: u32, spp: u32) {
+        let seed = self.options.seed;
         let settings = TraceSettings { spp, seed, frame: index, ..TraceSettings::default() };
         self.tracer.encode(gpu, encoder, &self.view(index), &settings, &self.gbuffer);
     }

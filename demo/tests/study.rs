@@ -9,7 +9,8 @@ use std::path::Path;
 const SIZE: &str = "64x36";
 
 fn study(out: &Path, more: &[&str]) -> std::process::Output {
-    let tiny = ["study", "--size", SIZE, "--spp", "2", "--reference", "8", "--runs", "2", "--out"];
+    let tiny =
+        ["study", "--size", SIZE, "--spp", "2", "--reference", "64", "--runs", "2", "--frames", "6", "--out"];
     demo(&[&tiny[..], &[out.to_str().unwrap()], more].concat())
 }
 
@@ -22,7 +23,7 @@ fn a_study_is_a_page_with_the_numbers_of_its_json() {
     let json = std::fs::read_to_string(folder.path().join("study.json")).unwrap();
     let json: Value = serde_json::from_str(&json).unwrap();
 
-    for id in ["centres", "zoom", "numbers", "tracking", "curves"] {
+    for id in ["centres", "zoom", "numbers", "tracking", "curves", "convergence"] {
         assert!(page.contains(&format!("id=\"{id}\"")), "no section {id}");
     }
     assert!(!page.contains("{{"), "a placeholder is left");
@@ -32,10 +33,10 @@ fn a_study_is_a_page_with_the_numbers_of_its_json() {
     }
     // Three images, their centres, five enlarged parts, noisy and reference.
     assert_eq!(page.matches("src=\"data:image/png;base64,iVBORw0KGgo").count(), 13);
-    // A histogram per window size, curves per pixel.
-    assert_eq!(page.matches("class=\"plot\"").count(), 3 + 2);
+    // A histogram per window size, curves per pixel, convergence.
+    assert_eq!(page.matches("class=\"plot\"").count(), 3 + 2 + 1);
 
-    assert_eq!((&json["spp"], &json["reference_spp"], &json["seed"]), (&2.into(), &8.into(), &5.into()));
+    assert_eq!((&json["spp"], &json["reference_spp"], &json["seed"]), (&2.into(), &64.into(), &5.into()));
     assert_eq!(json["zoom"], serde_json::json!({ "x": 8, "y": 4, "width": 20, "height": 10 }));
     let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{value} is no number"));
     let variants = json["variants"].as_array().unwrap();
@@ -73,11 +74,49 @@ fn a_study_is_a_page_with_the_numbers_of_its_json() {
         assert_eq!(pixel["true_error"].as_array().unwrap().len(), 3);
         assert_eq!(pixel["estimated_error"].as_array().unwrap().len(), 2, "one of each run");
     }
-    for name in ["noisy", "reference", "dense", "uniform_zoom", "adaptive_centres", "adaptive_cp"] {
+    check_convergence(&json["convergence"], &page);
+    for name in ["noisy", "reference", "dense", "uniform_zoom", "adaptive_centres", "adaptive_ring"] {
         let png = image::open(folder.path().join(format!("{name}.png"))).unwrap();
         let size = if name.ends_with("zoom") { (480, 240) } else { (64, 36) };
         assert_eq!((png.width(), png.height()), size, "{name}");
     }
+}
+
+fn check_convergence(convergence: &Value, page: &str) {
+    assert_eq!(convergence["frames"], serde_json::json!([1, 2, 4, 6]));
+    let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{value} is no number"));
+    let methods = convergence["methods"].as_array().unwrap();
+    let names: Vec<_> = methods.iter().map(|method| method["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["quell", "models_alone", "accumulate"]);
+    let mse = |method: usize, at: usize| number(&methods[method]["mse"][at]);
+    for at in 0..4 {
+        let cells = (0..3).map(|method| format!("<td>{:.3}</td>", 1e3 * mse(method, at)));
+        let row = format!("<td>{}</td>{}", convergence["frames"][at], cells.collect::<String>());
+        assert!(page.contains(&row), "{row}");
+        assert!(mse(0, at) < mse(2, at), "less than without denoising");
+    }
+    assert!((0..3).all(|method| mse(method, 3) < mse(method, 0)), "{methods:?}");
+
+    let stillness = &convergence["stillness"];
+    assert_eq!((&stillness["first_frame"], &stillness["last_frame"]), (&4.into(), &6.into()));
+    for variance in stillness["methods"].as_array().unwrap() {
+        let (pixels, blurred) = (number(&variance["variance"]), number(&variance["blurred"]));
+        assert!(0.0 < blurred && blurred < pixels, "{variance}");
+    }
+    for ratio in ["innovation_ratio", "innovation_blurred_ratio"] {
+        assert!(page.contains(&format!("<td>{:.3}</td>", number(&stillness[ratio]))), "{ratio}");
+    }
+}
+
+#[test]
+fn a_study_can_leave_convergence_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let less = ["study", "--size", "32x18", "--spp", "1", "--reference", "2", "--runs", "1", "--frames", "0"];
+    assert_succeeds(&demo(&[&less[..], &["--out", folder.path().to_str().unwrap()]].concat()));
+    let page = std::fs::read_to_string(folder.path().join("study.html")).unwrap();
+    assert!(page.contains("id=\"curves\"") && !page.contains("id=\"convergence\"") && !page.contains("{{"));
+    let json = std::fs::read_to_string(folder.path().join("study.json")).unwrap();
+    assert!(serde_json::from_str::<Value>(&json).unwrap()["convergence"].is_null());
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Estimated and true errors of dense models with windows of each size.
+//! Estimated (by Mallows' Cp) and true errors of dense models with windows of each size.
 
 use super::correlation::{median, pearson, spearman};
 use super::denoise::StillDenoiser;

@@ -1,6 +1,8 @@
 //! The figure of Moon et al., "Adaptive Rendering with Linear Predictions", SIGGRAPH 2015: one still image, denoised with
-//! models at dense, uniform and adaptive centres, and the estimated error against the true one.
+//! models at dense, uniform and adaptive centres, and the estimated error against the true one. Then the same view over many
+//! frames: how the error falls.
 
+mod convergence;
 mod correlation;
 mod denoise;
 mod errors;
@@ -8,6 +10,7 @@ mod page;
 mod plot;
 mod report;
 mod spots;
+mod stillness;
 mod surfaces;
 mod variants;
 
@@ -43,6 +46,8 @@ pub struct StudyOptions {
     pub seed: u32,
     /// Independent images over which true errors are averaged, 1 and up.
     pub runs: u32,
+    /// Frames of 1 sample per pixel over which convergence is measured; 0 for no such section.
+    pub frames: u32,
     /// What is enlarged; the quarter with the most detail without.
     pub zoom: Option<Rect>,
     /// Whose errors are plotted; an edge, a shadow, a texture and a flat wall without any.
@@ -72,7 +77,7 @@ impl StudyOptions {
 /// Makes the study. Leaves `study.html`, `study.json` and the page's PNGs in `out`.
 pub fn study(gpu: &Gpu, options: &StudyOptions) -> Result<StudyReport> {
     options.check()?;
-    let StudyOptions { width, height, spp, seed, runs, reference_spp, start_s, .. } = *options;
+    let StudyOptions { width, height, spp, seed, runs, frames, reference_spp, start_s, .. } = *options;
     // Frames of a still: no time passes between them, so they differ by noise alone.
     let walk = Walk::new(
         gpu,
@@ -80,14 +85,14 @@ pub fn study(gpu: &Gpu, options: &StudyOptions) -> Result<StudyReport> {
             scene: options.scene.clone(),
             width,
             height,
-            frames: runs,
+            frames: runs.max(frames),
             fps: f32::INFINITY,
             start_s,
             spp,
             seed,
         },
     )?;
-    trace(gpu, &walk, 0)?;
+    trace(gpu, &walk, 0, spp)?;
     let surfaces = Surfaces::read_back(gpu, walk.gbuffer())?;
     for &[x, y] in &options.pixels {
         let is_hit = surfaces.hit[surfaces.index([x, y])];
@@ -96,7 +101,8 @@ pub fn study(gpu: &Gpu, options: &StudyOptions) -> Result<StudyReport> {
     std::fs::create_dir_all(&options.out)
         .with_context(|| format!("{}: cannot create the folder", options.out.display()))?;
 
-    let progress = progress_bar(u64::from(reference_spp) + u64::from(runs * spp), "studying");
+    let samples = [reference_spp, runs * spp, frames * convergence::SPP];
+    let progress = progress_bar(samples.into_iter().map(u64::from).sum(), "studying");
     let noisy = ImageRgb::read_back(gpu, walk.gbuffer().radiance.texture())?;
     let [first, second] = [reference_spp / 2, reference_spp - reference_spp / 2];
     let halves = [(0, first), (1, second)];
@@ -110,10 +116,14 @@ pub fn study(gpu: &Gpu, options: &StudyOptions) -> Result<StudyReport> {
     let (tiles, truth) = (Tiles::new(&surfaces), Truth::new(&surfaces, [&a, &b]));
     let mut found = Vec::new();
     for run in 0..runs {
-        trace(gpu, &walk, run)?;
+        trace(gpu, &walk, run, spp)?;
         found.push(errors::measure_run(&mut denoiser, &tiles, &truth)?);
         progress.inc(spp.into());
     }
+    let convergence = match frames {
+        0 => None,
+        _ => Some(convergence::measure(gpu, &walk, frames, [&a, &b], |n| progress.inc(n.into()))?),
+    };
     progress.finish_and_clear();
 
     let spots = match options.pixels.as_slice() {
@@ -138,6 +148,7 @@ pub fn study(gpu: &Gpu, options: &StudyOptions) -> Result<StudyReport> {
         windows: errors::windows(&found),
         choice: errors::choice(&found, &tiles, &truth),
         pixels: errors::pixels(&found, &tiles, &spots),
+        convergence,
     };
     write_pictures(&options.out, report.zoom, &noisy, &reference, &measured)?;
     write_json(&report, &options.out.join("study.json"))?;
@@ -146,10 +157,10 @@ pub fn study(gpu: &Gpu, options: &StudyOptions) -> Result<StudyReport> {
     Ok(report)
 }
 
-/// Traces frame `index` and waits for it.
-fn trace(gpu: &Gpu, walk: &Walk, index: u32) -> Result<()> {
+/// Traces frame `index` with `spp` samples per pixel and waits for it.
+fn trace(gpu: &Gpu, walk: &Walk, index: u32, spp: u32) -> Result<()> {
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    walk.trace(gpu, &mut encoder, index);
+    walk.trace_with(gpu, &mut encoder, index, spp);
     gpu.queue.submit([encoder.finish()]);
     gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
     Ok(())

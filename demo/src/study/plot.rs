@@ -1,6 +1,6 @@
 //! Plots as inline SVG. Their text is set by the page's style; axes are logarithmic where they show errors.
 
-use super::report::{PixelReport, WindowReport};
+use super::report::{ConvergenceReport, PixelReport, WindowReport};
 use std::fmt::Write;
 
 /// Where a plot's axes lie, in SVG units.
@@ -129,6 +129,44 @@ pub fn curves(pixel: &PixelReport, widths_px: &[u32]) -> String {
     others.iter().for_each(|estimate| line("other", estimate));
     line("estimated", first);
     line("true", &pixel.true_error);
+    svg + "</svg>"
+}
+
+/// Errors of all methods over the number of frames, and the slope of what averages independent samples.
+pub fn convergence(report: &ConvergenceReport) -> String {
+    let area = Area { left: 74.0, top: 12.0, width: 560.0, height: 340.0 };
+    let errors = LogRange::of(report.methods.iter().flat_map(|method| &method.mse).copied(), 0.0);
+    let frames = LogRange::of(report.frames.iter().copied().map(f64::from), 0.0);
+    let at = |frame: f64, error: f64| {
+        let (x, y) = (frames.place(frame), 1.0 - errors.place(error));
+        (area.left + x * area.width, area.top + y * area.height)
+    };
+    let mut svg = start("Error over the number of frames", &area);
+    y_axis(&mut svg, &area, errors, "mean squared error, as shown");
+    let places = report.frames.iter().map(|&frame| (frames.place(f64::from(frame)), frame.to_string()));
+    x_axis(&mut svg, &area, places);
+    axis_title(&mut svg, &area, "frames");
+    let ends = [report.frames.first(), report.frames.last()].map(|frame| frame.copied().map(f64::from));
+    let plain = report.methods.last().and_then(|method| method.mse.last());
+    if let ([Some(first), Some(last)], Some(&plain)) = (ends, plain) {
+        // Through where plain accumulation ends, as far up as there is room.
+        let from = first.max(plain * last / 10f64.powf(errors.high));
+        let ((x1, y1), (x2, y2)) = (at(from, plain * last / from), at(last, plain));
+        let _ = write!(
+            svg,
+            "<line class=\"equal\" x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\"/>"
+        );
+    }
+    for method in &report.methods {
+        let frames = report.frames.iter().copied().map(f64::from);
+        let points: Vec<(f64, f64)> = frames.zip(&method.mse).map(|(frame, &mse)| at(frame, mse)).collect();
+        let path: Vec<String> = points.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+        let class = method.name;
+        let _ = write!(svg, "<polyline class=\"{class}\" points=\"{}\"/>", path.join(" "));
+        for (x, y) in points {
+            let _ = write!(svg, "<circle class=\"{class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\"/>");
+        }
+    }
     svg + "</svg>"
 }
 

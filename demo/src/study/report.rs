@@ -28,6 +28,8 @@ pub struct StudyReport {
     pub windows: Vec<WindowReport>,
     pub choice: Option<ChoiceReport>,
     pub pixels: Vec<PixelReport>,
+    /// None where no frames were asked for.
+    pub convergence: Option<ConvergenceReport>,
 }
 
 impl StudyReport {
@@ -55,6 +57,9 @@ impl StudyReport {
                 number(pearson_log),
                 number(spearman)
             );
+        }
+        if let Some(convergence) = &self.convergence {
+            convergence.summarise(&mut out);
         }
         out
     }
@@ -136,4 +141,80 @@ pub struct PixelReport {
     pub true_error: Vec<f64>,
     /// Of each run.
     pub estimated_error: Vec<Vec<f64>>,
+}
+
+/// A still view over many frames of one sample per pixel.
+#[derive(Debug, Clone, Serialize)]
+pub struct ConvergenceReport {
+    /// Of all methods.
+    pub max_history: f32,
+    /// How many frames had been denoised when errors were measured.
+    pub frames: Vec<u32>,
+    pub methods: Vec<ConvergenceCurve>,
+    /// None where too few frames were traced to tell.
+    pub stillness: Option<StillnessReport>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct ConvergenceCurve {
+    pub name: &'static str,
+    pub label: &'static str,
+    /// Mean squared error of values as shown, per entry of `frames`, without the reference's noise.
+    pub mse: Vec<f64>,
+    /// Of the logarithms, over the last three doublings of the frames; -1 is what averaging does.
+    pub slope: Option<f64>,
+}
+
+/// How much of the output still moves while nothing in the view does.
+#[derive(Debug, Clone, Serialize)]
+pub struct StillnessReport {
+    pub max_history: f32,
+    /// The frames over which variances are taken, counted from 1.
+    pub first_frame: u32,
+    pub last_frame: u32,
+    /// Side of the box blur that leaves low frequencies alone.
+    pub blur_px: u32,
+    pub methods: Vec<TemporalVariance>,
+    /// Variance with innovation over that without; 1 where innovation adds nothing.
+    pub innovation_ratio: Option<f64>,
+    /// The same after the blur.
+    pub innovation_blurred_ratio: Option<f64>,
+}
+
+/// Variance over time of values as shown, mean over pixels and channels.
+#[derive(Debug, Clone, Serialize)]
+pub struct TemporalVariance {
+    pub name: &'static str,
+    pub label: &'static str,
+    pub variance: f64,
+    /// After the box blur.
+    pub blurred: f64,
+}
+
+impl ConvergenceReport {
+    fn summarise(&self, out: &mut String) {
+        let (Some(first), Some(last)) = (self.frames.first(), self.frames.last()) else {
+            return;
+        };
+        for ConvergenceCurve { label, mse, slope, .. } in &self.methods {
+            let [Some(start), Some(end)] = [mse.first(), mse.last()] else { continue };
+            let slope = slope.map_or("-".to_owned(), |slope| format!("{slope:.2}"));
+            let _ = writeln!(
+                out,
+                "still view, {label}: MSE {start:.2e} at frame {first}, {end:.2e} at {last}, slope {slope}"
+            );
+        }
+        if let Some(StillnessReport {
+            blur_px,
+            innovation_ratio: Some(ratio),
+            innovation_blurred_ratio: Some(blurred),
+            ..
+        }) = self.stillness
+        {
+            let _ = writeln!(
+                out,
+                "still view, temporal variance with innovation over without: {ratio:.3}; blurred by {blur_px} px: {blurred:.3}"
+            );
+        }
+    }
 }

@@ -25,7 +25,7 @@ struct Variant {
 pub struct Measured {
     pub report: VariantReport,
     pub image: ImageRgb,
-    /// The image in grey, tinted by window size, with a black dot per centre; 8-bit RGB.
+    /// The image in grey, tinted by window size, with a dark dot per centre in its own window's colour; 8-bit RGB.
     pub centres: Vec<u8>,
 }
 
@@ -57,22 +57,22 @@ impl Variant {
     }
 }
 
-/// Dense, uniform and adaptive centres, then adaptive ones with windows chosen otherwise. Uniform centres have the stride whose
-/// number of models is the nearest to the adaptive ones'.
+/// Dense, uniform and adaptive centres with the default windows, then adaptive ones with windows chosen otherwise. Uniform centres
+/// have the stride whose number of models is the nearest to the adaptive ones'.
 fn variants(denoiser: &mut StillDenoiser<'_>) -> Result<Vec<Variant>> {
-    let ring = Windows::RingError;
-    let adaptive = Variant::new("adaptive", Centres::Adaptive, ring);
+    let windows = Windows::default();
+    let adaptive = Variant::new("adaptive", Centres::Adaptive, windows);
     let mut models = |variant: Variant| -> Result<f64> {
         Ok(f64::from(denoiser.denoised(&variant.settings())?.1).max(1.0).ln())
     };
     let aim = models(adaptive)?;
-    let [fine, coarse] = [2, 4].map(|stride| Variant::new("uniform", Centres::Uniform(stride), ring));
+    let [fine, coarse] = [2, 4].map(|stride| Variant::new("uniform", Centres::Uniform(stride), windows));
     let is_fine_nearer = (models(fine)? - aim).abs() <= (models(coarse)? - aim).abs();
     Ok(vec![
-        Variant::new("dense", Centres::Uniform(1), ring),
+        Variant::new("dense", Centres::Uniform(1), windows),
         if is_fine_nearer { fine } else { coarse },
         adaptive,
-        Variant::new("adaptive_cp", Centres::Adaptive, Windows::MallowsCp),
+        Variant::new("adaptive_ring", Centres::Adaptive, Windows::RingError),
         Variant::new("adaptive_12px", Centres::Adaptive, Windows::Fixed(1)),
         Variant::new("adaptive_20px", Centres::Adaptive, Windows::Fixed(2)),
         Variant::new("adaptive_28px", Centres::Adaptive, Windows::Fixed(3)),
@@ -118,20 +118,26 @@ fn wall_times(denoiser: &mut StillDenoiser<'_>, variants: &[Variant]) -> Result<
     Ok(samples.into_iter().filter_map(median).collect())
 }
 
-/// Share of a colour that is left where the tint has none of it, and the least light, so that black dots show everywhere.
+/// Share of a colour that is left where the tint has none of it, and the least light, so that dark dots show everywhere.
 const PALE: f32 = 0.35;
 const LEAST_LIGHT: f32 = 0.45;
-/// What the view of windows shows full colours as.
-const FULL_TINT: f32 = 0.6;
+/// What the view of windows shows the full colours of places as; those of dots are brighter.
+const FULL_TINT: f32 = 0.4;
+/// Share of a dot's colour that is left: dark among what is pale, and still a colour.
+const DOT: f32 = 0.55;
 
-/// The image in grey, tinted by the view of windows, whose white dots, one per centre, become black.
+/// The image in grey, tinted by the view of windows, whose bright dots, one per centre, become dark.
 fn draw_centres(image: &ImageRgb, windows: &ImageRgb) -> Vec<u8> {
     let shade = |(image, windows): (&[f32; 3], &[f32; 3])| {
-        let is_dot = windows.iter().all(|&value| value > 0.99);
-        let is_sky = windows.iter().all(|&value| value == 0.0);
+        let brightest = windows.iter().copied().fold(0.0, f32::max);
         let light = LEAST_LIGHT + (1.0 - LEAST_LIGHT) * display_from_linear(image[1]);
-        let tint = |value: f32| if is_sky { 1.0 } else { PALE + (1.0 - PALE) * (value / FULL_TINT).min(1.0) };
-        windows.map(|value| if is_dot { 0 } else { (255.0 * light * tint(value)).round() as u8 })
+        let tint = |value: f32| PALE + (1.0 - PALE) * (value / FULL_TINT).min(1.0);
+        let shown = |value: f32| match brightest {
+            0.0 => light, // the sky
+            _ if brightest > 0.5 * (1.0 + FULL_TINT) => DOT * value,
+            _ => light * tint(value),
+        };
+        windows.map(|value| (255.0 * shown(value)).round() as u8)
     };
     image.pixels.iter().zip(&windows.pixels).flat_map(shade).collect()
 }
@@ -141,9 +147,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn centres_are_black_and_windows_have_their_colour() {
+    fn centres_are_dark_and_have_their_windows_colour() {
         let image = ImageRgb::from_fn(3, 1, |_, _| [1e9; 3]);
-        let windows = ImageRgb::from_fn(3, 1, |x, _| [[1.0; 3], [0.6, 0.0, 0.0], [0.0; 3]][x as usize]);
-        assert_eq!(draw_centres(&image, &windows), [0, 0, 0, 255, 89, 89, 255, 255, 255]);
+        let windows =
+            ImageRgb::from_fn(3, 1, |x, _| [[1.0, 0.0, 0.0], [0.4, 0.0, 0.0], [0.0; 3]][x as usize]);
+        assert_eq!(draw_centres(&image, &windows), [140, 0, 0, 255, 89, 89, 255, 255, 255]);
     }
 }

@@ -1,5 +1,7 @@
 //! The page: one HTML file that needs nothing else.
 
+mod convergence;
+
 use super::plot::{LogRange, curves, histogram};
 use super::report::{ChoiceReport, Correlation, Rect, StudyReport, VariantReport, WindowReport};
 use super::surfaces::TILE;
@@ -76,6 +78,7 @@ fn page(report: &StudyReport, pairs: &[Vec<[f64; 2]>], pictures: &Pictures<'_>) 
             ("histograms", histograms.collect()),
             ("correlations", correlations(&report.windows)),
             ("curves", curves.collect()),
+            ("convergence", report.convergence.as_ref().map(convergence::section).unwrap_or_default()),
             ("choice", report.choice.as_ref().map(|c| choice(c, &widths)).unwrap_or_default()),
         ],
     ))
