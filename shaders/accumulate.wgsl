@@ -83,7 +83,7 @@ fn relight(pixel: vec2<u32>) -> Relit {
     let old_noise = unpack_noise(textureLoad(reprojected_noise, pixel, 0));
     var relit = Relit(old, old_noise, min(old.w, frame.max_history), HALF_MAX);
     let surface = unpack_surface(textureLoad(guide, pixel, 0));
-    if is_miss(surface) || old.w <= 0.0 || !has(frame, FLAG_INNOVATION) {
+    if is_miss(surface) || old.w <= 0.0 {
         return relit;
     }
     let z = change_features(pixel, surface, luminance(old.rgb));

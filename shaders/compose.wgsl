@@ -19,7 +19,7 @@
 
 const SMOOTH_RADIUS = 1; // pixels; a model's error is smooth over 3x3, noise is not
 const POOL_RADIUS = 2;   // pixels; squares are pooled over 5x5
-const CHANCE = 2.0;      // pooled smooth noise deviates by about as much as it is
+const CHANCE = 1.5;      // pooled smooth noise deviates by about as much as it is
 const BORDER = SMOOTH_RADIUS + POOL_RADIUS;
 const POOL_SIDE = 8 + 2 * POOL_RADIUS;
 const SIDE = 8 + 2 * BORDER;
@@ -118,7 +118,8 @@ fn temporal_share(cell: i32) -> f32 {
     if !has(frame, FLAG_MIX) || variances[cell] < 0.0 {
         return 0.0;
     }
-    var error = 0.0;
+    var smooth_residual = 0.0;
+    var smooth_noise = 0.0;
     var expected = 0.0;
     var found = 0.0;
     var pooled = 0.0;
@@ -126,16 +127,20 @@ fn temporal_share(cell: i32) -> f32 {
         for (var x = -POOL_RADIUS; x <= POOL_RADIUS; x++) {
             let tap = cell + y * SIDE + x;
             if related(cell, tap) {
-                error += smoothed[tap].x * smoothed[tap].x - CHANCE * found_variance(smoothed[tap].yzw);
+                smooth_residual += smoothed[tap].x * smoothed[tap].x;
+                smooth_noise += CHANCE * found_variance(smoothed[tap].yzw);
                 expected += variances[tap];
                 found += found_variance(residuals[tap].yzw);
                 pooled += 1.0;
             }
         }
     }
-    if error <= 0.0 {
+    if smooth_residual <= smooth_noise {
         return 0.0;
     }
+    // Firmer than the plain difference: what is hardly beyond chance is chance more often than not.
+    let beyond = smooth_residual - smooth_noise;
+    let error = beyond * beyond / smooth_residual;
     // A pixel alone says nothing about the model.
     return error / (error + max(expected, found)) * (1.0 - 1.0 / pooled);
 }

@@ -74,7 +74,8 @@ fn light_level() -> f32 {
 }
 
 // How much of the found change is no chance: 1 - T / E, with E the change that the model explains, in variances of a
-// sample, and T what noise alone explains by as many unknowns once in as many frames as the history is long.
+// sample, and T what noise alone explains by as many unknowns once in as many frames as window and history hold samples: one
+// false alarm moves all pixels of the window at once, and is seen as boiling.
 fn significant_share(samples: f32, weight: f32) -> f32 {
     var explained = weight * luminance(mean_change()) * luminance(mean_change());
     let unknowns = f32(FEATURES + 1u);
@@ -99,9 +100,9 @@ fn significant_share(samples: f32, weight: f32) -> f32 {
     // Not less than what the history knows: where no sample of a frame saw the light, it varies by nothing.
     let expected = means[TILE_VARIANCE] * (1.0 + 1.0 / max(means[TILE_LENGTH], 1.0)) * weight / max(samples, 1e-30);
     let variance = max(residual, expected);
-    let x = log(1.0 + means[TILE_LENGTH]);
+    let x = log((1.0 + means[TILE_LENGTH]) * max(samples, 1.0));
     let chance = unknowns + 2.0 * sqrt(unknowns * x) + 2.0 * x;
-    if samples <= unknowns || explained <= 0.0 {
+    if !has(frame, FLAG_INNOVATION) || samples <= unknowns || explained <= 0.0 {
         return 0.0;
     }
     let doubt = chance * variance / explained;
