@@ -75,7 +75,7 @@ struct Relit {
 }
 
 const KALMAN_GAIN = 3.0; // how much less a history counts that was moved by a standard deviation of one sample
-const MOST_BRIGHTENING = 16.0; // of a history's noise: more is measured anew
+const MOST_BRIGHTENING = 16.0; // of how far samples scatter: more is measured anew
 
 // Moves the history by the predicted change, blended between the four nearest regions' models.
 fn relight(pixel: vec2<u32>) -> Relit {
@@ -86,13 +86,12 @@ fn relight(pixel: vec2<u32>) -> Relit {
     if is_miss(surface) || old.w <= 0.0 {
         return relit;
     }
-    let z = change_features(pixel, surface, luminance(old.rgb));
+    let z = surface_features(surface, position_of(frame, frame.current, vec2<f32>(pixel), surface.depth));
     let place = (vec2<f32>(pixel) + 0.5) / f32(REGION) - 0.5;
     let corner = vec2<i32>(floor(place));
     let f = place - floor(place);
-    var sum = vec4(0.0);
-    var spread = 0.0;
-    var slope = 0.0; // of the change of luminance by that of the history
+    var sum = vec4(0.0); // change; weight
+    var spread = 0.0;    // what a sample may differ by
     for (var i = 0; i < 4; i++) {
         let step = vec2(i & 1, i >> 1u);
         let region = corner + step;
@@ -105,8 +104,6 @@ fn relight(pixel: vec2<u32>) -> Relit {
             let sides = select(1.0 - f, f, step == vec2(1));
             let weight = sides.x * sides.y;
             sum += weight * vec4(predicted_change(start, z), 1.0);
-            slope += weight
-                * dot(LUMINANCE, innovation_vector(start + INNOVATION_SLOPE + SURFACE_FEATURES * CHANNELS));
             spread += weight * sqrt(samples * innovations[start + INNOVATION_VARIANCE]);
         }
     }
@@ -119,22 +116,12 @@ fn relight(pixel: vec2<u32>) -> Relit {
     // Kalman: the more a sample would have moved the history, the less the history is worth.
     let doubt = KALMAN_GAIN * old.w * change * change / max(old_noise.variance, 1e-12);
     relit.history = vec4(moved, old.w / (1.0 + doubt));
-    relit.noise = Noise(gain * gain * old_noise.variance, (1.0 + slope / sum.w) * old_noise.deviations);
+    relit.noise.variance = gain * gain * old_noise.variance;
     if spread > 0.0 {
         // Where history never varied, as in darkness, nothing tells a firefly from light.
         relit.most = luminance(moved) + frame.firefly_limit * spread / sum.w;
     }
     return relit;
-}
-
-fn change_features(pixel: vec2<u32>, surface: Surface, history_luminance: f32) -> array<f32, FEATURES> {
-    let own = surface_features(surface, position_of(frame, frame.current, vec2<f32>(pixel), surface.depth));
-    var z: array<f32, FEATURES>;
-    for (var i = 0u; i < SURFACE_FEATURES; i++) {
-        z[i] = own[i];
-    }
-    z[SURFACE_FEATURES] = history_luminance;
-    return z;
 }
 
 fn predicted_change(start: u32, z: array<f32, FEATURES>) -> vec3<f32> {

@@ -43,11 +43,10 @@ fn load_pixel(pixel: vec2<u32>, lane: u32) {
     for (var i = 0u; i < SURFACE_FEATURES; i++) {
         columns[lane][i] = z[i];
     }
-    columns[lane][SURFACE_FEATURES] = luminance(old.rgb);
     columns[lane][FEATURES] = sample.r - old.r;
     columns[lane][FEATURES + 1u] = sample.g - old.g;
     columns[lane][FEATURES + 2u] = sample.b - old.b;
     weights[lane] = sample.w;
     let own = unpack_noise(textureLoad(reprojected_noise, pixel, 0));
-    noises[lane] = vec3(own.variance, found_variance(own.deviations), old.w);
+    noises[lane] = vec3(own.variance, luminance(old.rgb), old.w);
 }

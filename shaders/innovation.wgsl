@@ -3,8 +3,7 @@
 // Reads   region_means, region_squares.
 // Writes  innovations (layout: include/innovations)
 // Source  Kalman, "A New Approach to Linear Filtering and Prediction Problems", 1960; shrinkage: James and Stein 1961; its
-//         threshold: Laurent and Massart, "Adaptive Estimation of a Quadratic Functional by Model Selection", 2000, lemma 1;
-//         errors in the history as a feature: Fuller, "Measurement Error Models", 1987, section 1.2
+//         threshold: Laurent and Massart, "Adaptive Estimation of a Quadratic Functional by Model Selection", 2000, lemma 1
 
 //!include frame numbers surface features innovations window ridge
 
@@ -15,8 +14,12 @@
 @group(0) @binding(4) var<storage, read_write> innovations: array<f32>;
 
 const RIDGE = 0.3; // of the total weight: a few pixels with features of their own are no light
-const HISTORY = SURFACE_FEATURES; // the feature of this pass's own
-const TILE_LENGTH = TILE_EXPECTED; // samples in the history
+// Deviation of a feature that counts, in its units: as where a tenth of the pixels differ by one. With less, single bright
+// samples on the few would be a change of the light.
+const LEAST_VARIATION = 0.3;
+// What stands in the noises of a region.
+const REGION_HISTORY = TILE_FOUND;   // luminance of the history
+const REGION_LENGTH = TILE_EXPECTED; // samples in it
 
 var<workgroup> means: array<f32, TILE_STRIDE>;
 var<workgroup> significance: f32;
@@ -38,17 +41,10 @@ fn innovation(@builtin(workgroup_id) region: vec3<u32>, @builtin(local_invocatio
     let depth = length(vec3(column_mean(3u), column_mean(4u), column_mean(5u)));
     let level = light_level();
     if lane < FEATURES {
-        ridge_floors[lane] = select(feature_floor(lane, depth), 0.05 * level, lane == HISTORY);
         // Noise of one sample over the prior's variance: that of a change of as much as there is, per unit.
-        let unit = select(feature_unit(lane, depth), level, lane == HISTORY);
+        let unit = feature_unit(lane, depth);
+        ridge_floors[lane] = LEAST_VARIATION * unit;
         ridge_priors[lane] = means[TILE_VARIANCE] / (level * level) * unit * unit;
-    }
-    if lane < CHANNELS {
-        // The history's own noise is in the change too, with the other sign, and would pass for light that left. It
-        // explains no more than there is.
-        let product = square_index(HISTORY, FEATURES + lane);
-        let found = ridge_squares[product];
-        ridge_squares[product] = min(found + means[TILE_FOUND] * weight, max(found, 0.0));
     }
     workgroupBarrier();
     ridge_solve(weight, lane);
@@ -69,13 +65,12 @@ fn mean_change() -> vec3<f32> {
 
 // The larger of the light before and after.
 fn light_level() -> f32 {
-    let before = column_mean(HISTORY);
+    let before = means[REGION_HISTORY];
     return max(max(before, before + luminance(mean_change())), 1e-6);
 }
 
 // How much of the found change is no chance: 1 - T / E, with E the change that the model explains, in variances of a
-// sample, and T what noise alone explains by as many unknowns once in as many frames as window and history hold samples: one
-// false alarm moves all pixels of the window at once, and is seen as boiling.
+// sample, and T what noise alone explains by as many unknowns once in as many frames as the history is long.
 fn significant_share(samples: f32, weight: f32) -> f32 {
     var explained = weight * luminance(mean_change()) * luminance(mean_change());
     let unknowns = f32(FEATURES + 1u);
@@ -98,9 +93,9 @@ fn significant_share(samples: f32, weight: f32) -> f32 {
     let change = weight * luminance(mean_change()) * luminance(mean_change());
     let residual = max(total + change - explained, 0.0) / max(samples - unknowns, 1.0);
     // Not less than what the history knows: where no sample of a frame saw the light, it varies by nothing.
-    let expected = means[TILE_VARIANCE] * (1.0 + 1.0 / max(means[TILE_LENGTH], 1.0)) * weight / max(samples, 1e-30);
+    let expected = means[TILE_VARIANCE] * (1.0 + 1.0 / max(means[REGION_LENGTH], 1.0)) * weight / max(samples, 1e-30);
     let variance = max(residual, expected);
-    let x = log((1.0 + means[TILE_LENGTH]) * max(samples, 1.0));
+    let x = log(1.0 + means[REGION_LENGTH]);
     let chance = unknowns + 2.0 * sqrt(unknowns * x) + 2.0 * x;
     if !has(frame, FLAG_INNOVATION) || samples <= unknowns || explained <= 0.0 {
         return 0.0;

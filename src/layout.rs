@@ -21,7 +21,7 @@ pub const COVERAGE_ONE: u32 = 256;
 /// What the sparse models are made of.
 pub const MODELS: Columns = Columns { features: SURFACE_FEATURES + 2, head: 5 };
 /// What the models of the innovation are made of.
-pub const INNOVATIONS: Columns = Columns { features: SURFACE_FEATURES + 1, head: 2 };
+pub const INNOVATIONS: Columns = Columns { features: SURFACE_FEATURES, head: 2 };
 
 /// Sizes that follow from the number of features, in floats.
 #[derive(Debug, Clone, Copy)]

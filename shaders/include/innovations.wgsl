@@ -1,9 +1,9 @@
 // The models of the change of the light between the history and this frame's samples: how they lie in memory, one per region.
 
-const OWN_FEATURES = 1u; // luminance of the history: light that goes takes its shadows with it
+const OWN_FEATURES = 0u; // not the history itself: single bright pixels of it would pass for light that left
 const WINDOW_TILES = 25u; // regions in a window: 5x5
 
-// A model in memory: samples in its window; variance of one of them; luminance of the history; then the change at the origin
+// A model in memory: samples in its window; variance of one of them; then the change at the origin
 // with the features there, and slopes per feature and channel. Both are shrunk by their significance already.
 const INNOVATION_SAMPLES = 0u;
 const INNOVATION_VARIANCE = 1u;

@@ -8,7 +8,7 @@ use super::{Surface, guide, luminance, mismatches, random_history, random_signal
 use crate::gpu::{blank, download, gpu, upload, upload_buffer};
 use crate::sequence::frame;
 use glam::{DVec2, Vec3};
-use quell::gpu::{FrameUniforms, flags};
+use quell::gpu::FrameUniforms;
 use quell::layout::{self, INNOVATIONS};
 use quell::passes::accumulate::{Accumulate, AccumulateViews};
 use rand::{Rng, SeedableRng, rngs::StdRng};
@@ -68,14 +68,13 @@ fn relight(
     let mean = rgb(&old);
     let before = luminance(mean);
     let unlit = Relit { mean, count: old[3], noise, samples: old[3].min(32.0), most: f64::INFINITY };
-    if surface.is_miss() || old[3] <= 0.0 || u.flags & flags::INNOVATION == 0 {
+    if surface.is_miss() || old[3] <= 0.0 {
         return unlit;
     }
-    let mut z = surface_features(u, i, surface).to_vec();
-    z.push(before);
+    let z = surface_features(u, i, surface);
     let [columns, rows] = u.regions.map(i64::from);
     let [x, y] = [i as u32 % u.size[0], i as u32 / u.size[0]].map(|p| (f64::from(p) + 0.5) / 8.0 - 0.5);
-    let (mut total, mut change, mut spread, mut slope) = (0.0, [0.0; 3], 0.0, 0.0);
+    let (mut total, mut change, mut spread) = (0.0, [0.0; 3], 0.0);
     for (region, floats) in models.chunks(INNOVATIONS.model_stride() as usize).enumerate() {
         // Bilinear: the four nearest regions have a weight.
         let (rx, ry) = (region as i64 % columns, region as i64 / columns);
@@ -88,7 +87,6 @@ fn relight(
             total += weight;
             (0..3).for_each(|c| change[c] += weight * value[c]);
             spread += weight * (samples * variance).sqrt();
-            slope += weight * luminance(*model.slopes.last().unwrap());
         }
     }
     if total == 0.0 {
@@ -101,10 +99,7 @@ fn relight(
     Relit {
         mean: moved,
         count: old[3] / (1.0 + doubt),
-        noise: Noise {
-            variance: noise.variance * gain * gain,
-            deviations: noise.deviations.map(|d| d * (1.0 + slope / total)),
-        },
+        noise: Noise { variance: noise.variance * gain * gain, ..noise },
         most: if spread > 0.0 { after + f64::from(u.firefly_limit) * spread / total } else { f64::INFINITY },
         ..unlit
     }
@@ -119,8 +114,6 @@ fn random_models(random: &mut StdRng, u: &FrameUniforms) -> Vec<f32> {
         model[1] = if random.random_bool(0.2) { 0.0 } else { random.random_range(0.0..2.0) };
         let change = random.random_range(-1.0..1.0_f32).powi(3);
         model[INNOVATIONS.head as usize + N - 3..][..3].fill(change);
-        let last = model.len() - 3;
-        model[last..].fill(random.random_range(-0.9..1.5));
         model
     };
     (0..layout::count(u.regions)).flat_map(|_| model(random)).collect()
@@ -132,10 +125,12 @@ fn check(innovation: bool, firefly_limit: f32, index: u32) -> (usize, usize) {
     let eye = Vec3::new(0.0, 1.4, 1.0);
     let frame = frame(SIZE, eye, eye, 1);
     let mut u = uniforms(&frame, &frame);
-    u.flags |= if innovation { flags::INNOVATION } else { 0 };
     u.firefly_limit = firefly_limit;
     u.index = index;
-    let models = random_models(&mut random, &u);
+    let mut models = random_models(&mut random, &u);
+    if !innovation {
+        models.fill(0.0); // no region has samples
+    }
     let (words, surfaces) = guide(&frame);
     let mut old = random_history(&mut random, surfaces.len());
     // Some all but black, that light may make brighter by more than is believed.
@@ -215,7 +210,7 @@ fn matches_its_twin_on_random_history() {
     for index in [4, 5, 6] {
         assert_eq!(check(false, f32::INFINITY, index), (0, 0));
     }
-    assert_eq!(check(false, 0.01, 7), (0, 0), "without innovation nothing is known of fireflies");
+    assert_eq!(check(false, 0.01, 7), (0, 0), "without samples around nothing is known of fireflies");
 }
 
 #[test]

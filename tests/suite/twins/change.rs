@@ -36,9 +36,8 @@ fn region(
             }
             let mut columns = [0.0; N];
             columns[..SURFACE_FEATURES as usize].copy_from_slice(&surface_features(u, i, &surfaces[i]));
-            columns[SURFACE_FEATURES as usize] = luminance([old[0], old[1], old[2]]);
             (0..3).for_each(|c| columns[N - 3 + c] = sample[c] - old[c]);
-            let noises = [noise[i].variance, noise[i].found(), old[3]];
+            let noises = [noise[i].variance, luminance([old[0], old[1], old[2]]), old[3]];
             (0..3).for_each(|k| sums[k] += sample[3] * noises[k]);
             rows.push((sample[3], columns));
         }

@@ -91,13 +91,14 @@ fn matches_its_twin_on_random_images() {
             continue;
         }
         let pool = around(i, 2);
-        let error = |t: usize| {
+        let smooth_noise = |t: usize| {
             let taps = around(t, 1);
             let deviations = std::array::from_fn(|k| mean(&taps, &|t| noise[t].deviations[k]));
-            let found = Noise { deviations, ..Noise::default() }.found();
-            mean(&taps, &residual).powi(2) - 2.0 * found
+            1.5 * Noise { deviations, ..Noise::default() }.found()
         };
-        let error = pool.iter().map(|&t| error(t)).sum::<f64>().max(0.0);
+        let smooth: f64 = pool.iter().map(|&t| mean(&around(t, 1), &residual).powi(2)).sum();
+        let beyond = (smooth - pool.iter().map(|&t| smooth_noise(t)).sum::<f64>()).max(0.0);
+        let error = if beyond > 0.0 { beyond * beyond / smooth } else { 0.0 };
         let variance = pool.iter().map(|&t| prediction[t][3].powi(2)).sum::<f64>();
         let variance = variance.max(pool.iter().map(|&t| noise[t].found()).sum());
         let none = prediction[i][3] < 0.0 || error == 0.0;

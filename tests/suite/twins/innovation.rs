@@ -7,13 +7,14 @@ use super::{luminance, mismatches, run, uniforms};
 use crate::gpu::{download_buffer, gpu, upload_buffer};
 use crate::sequence::frame;
 use glam::{DVec3, Vec3};
-use quell::layout::{self, INNOVATIONS, SURFACE_FEATURES};
+use quell::gpu::flags;
+use quell::layout::{self, INNOVATIONS};
 use quell::passes::innovation::{Innovation, InnovationViews};
 use rand::{Rng, SeedableRng, rngs::StdRng};
 
 const F: usize = INNOVATIONS.features as usize;
-const HISTORY: usize = SURFACE_FEATURES as usize;
 const RIDGE: f64 = 0.3;
+const LEAST_VARIATION: f64 = 0.3;
 const WINDOW_RADIUS: i64 = 2;
 const SIZE: [u32; 2] = [90, 53];
 
@@ -34,7 +35,7 @@ fn twin(regions: &[Tile<N>], grid: [u32; 2], centre: usize) -> Twin {
         .iter()
         .flat_map(|tile| tile.rows.iter().map(|&(w, c)| (w * factor(tile, &window), c)))
         .collect();
-    let mut moments = Moments::of(&rows);
+    let moments = Moments::of(&rows);
     let weight = moments.weight;
     if weight == 0.0 {
         let model = Model { mean: [0.0; N], slopes: vec![[0.0; 3]; F] };
@@ -42,23 +43,14 @@ fn twin(regions: &[Tile<N>], grid: [u32; 2], centre: usize) -> Twin {
     }
     let noise =
         |k: usize| window.iter().map(|t| factor(t, &window) * t.weight() * t.noises[k]).sum::<f64>() / weight;
-    let (variance, found, length) = (noise(0), noise(1), noise(2));
+    let (variance, history, length) = (noise(0), noise(1), noise(2));
     let mean = moments.mean;
     let change = luminance([mean[F], mean[F + 1], mean[F + 2]]);
-    let level = mean[HISTORY].max(mean[HISTORY] + change).max(1e-6);
+    let level = history.max(history + change).max(1e-6);
     let distance = DVec3::new(mean[3], mean[4], mean[5]).length();
-    let floors_units: Vec<(f64, f64)> = (0..F)
-        .map(|i| if i == HISTORY { (0.05 * level, level) } else { floor_and_unit(i, distance) })
-        .collect();
-    let floors: Vec<f64> = floors_units.iter().map(|(floor, _)| *floor).collect();
-    let priors: Vec<f64> =
-        floors_units.iter().map(|(_, unit)| variance / (level * level) * unit * unit).collect();
-    // The history's own noise, which is in the change with the other sign, is taken out, as far as there is any.
-    for c in 0..3 {
-        let product = moments.squares[HISTORY][F + c];
-        let corrected = if product < 0.0 { (product + found * weight).min(0.0) } else { product };
-        moments.squares[HISTORY][F + c] = corrected;
-    }
+    let units: Vec<f64> = (0..F).map(|i| floor_and_unit(i, distance).1).collect();
+    let floors: Vec<f64> = units.iter().map(|unit| LEAST_VARIATION * unit).collect();
+    let priors: Vec<f64> = units.iter().map(|unit| variance / (level * level) * unit * unit).collect();
     let slopes = moments.slopes(RIDGE, &floors, &priors);
     // What the model explains of the change's energy, in luminance.
     let l = [0.2126, 0.7152, 0.0722];
@@ -105,14 +97,13 @@ fn random_region(
             c[7] = 0.3;
             c[8] = random.random();
             let history = 1.0 + 0.5 * (0.2 * x).sin() + random.random_range(-0.1..0.1);
-            c[HISTORY] = history;
             let sampled = noise * random.random_range(-1.0..1.0);
             c[F..].copy_from_slice(&[1.0, 0.9, 0.7].map(|tint| tint * change(x, history) + sampled));
             (random.random_range(1..=4).into(), c)
         })
         .collect();
     let variance = noise * noise / 3.0 * random.random_range(0.5..1.5);
-    Tile { rows, noises: [variance, random.random_range(0.0..0.01), random.random_range(1.0..32.0)] }
+    Tile { rows, noises: [variance, random.random_range(0.5..1.5), random.random_range(1.0..32.0)] }
 }
 
 fn random_regions(seed: u64, change: impl Fn(f64, f64) -> f64, noise: f64) -> Vec<Tile<N>> {
@@ -127,7 +118,8 @@ fn random_regions(seed: u64, change: impl Fn(f64, f64) -> f64, noise: f64) -> Ve
 fn compare(gpu_regions: &[Tile<N>], regions: &[Tile<N>]) -> (f64, Vec<f64>) {
     let eye = Vec3::new(0.0, 1.4, 1.0);
     let any_frame = frame(SIZE, eye, eye, 1);
-    let u = uniforms(&any_frame, &any_frame);
+    let mut u = uniforms(&any_frame, &any_frame);
+    u.flags |= flags::INNOVATION;
     let buffers = TileBuffers::upload(gpu_regions);
     let stride = INNOVATIONS.model_stride() as usize;
     let models = upload_buffer(&vec![f32::NAN; regions.len() * stride]);
@@ -152,7 +144,7 @@ fn compare(gpu_regions: &[Tile<N>], regions: &[Tile<N>]) -> (f64, Vec<f64>) {
         let rows = || twin.rows.iter().step_by(7);
         let values =
             |model: &Model<N>| -> Vec<f64> { rows().flat_map(|(_, c)| model.value(&c[..F])).collect() };
-        let size = |c: &[f64; N]| c[HISTORY..].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        let size = |c: &[f64; N]| c[F..].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
         let largest = twin.rows.iter().map(|(_, c)| size(c)).fold(0.0, f64::max);
         // As for the models of `fit`: f32 sums over up to 1600 pixels.
         if !twin.rows.is_empty() {
@@ -206,7 +198,7 @@ fn matches_its_twin_on_adversarial_regions() {
     let mut steep = base();
     for (_, c) in steep.iter_mut().flat_map(|tile| &mut tile.rows) {
         let level = if c[3] < 3.0 { 1e4 } else { 1e-4 };
-        c[HISTORY..].iter_mut().for_each(|v| *v *= level);
+        c[F..].iter_mut().for_each(|v| *v *= level);
     }
     check("1e4 against 1e-4", &steep);
     let mut sparse = base();
@@ -218,7 +210,7 @@ fn matches_its_twin_on_adversarial_regions() {
     let mut silent = base();
     for tile in &mut silent {
         tile.noises = [0.0, 0.0, 32.0];
-        tile.rows.iter_mut().for_each(|(_, c)| c[HISTORY..].fill(0.0));
+        tile.rows.iter_mut().for_each(|(_, c)| c[F..].fill(0.0));
     }
     check("no light at all", &silent);
 }
