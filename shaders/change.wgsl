@@ -1,7 +1,7 @@
 // change: moments of features and of what this frame's samples differ by from the history, per region of 8x8 pixels.
 //
 // Reads   signal, guide; reprojected history and noise.
-// Writes  region_means, region_squares (layout: include/features)
+// Writes  tile_means, tile_squares_low, tile_squares_high, of regions (layout: include/features)
 // Source  design of the innovation: the Kalman filter's term for what a measurement adds; sums: include/tile_moments
 
 //!include frame numbers noise surface features innovations tile_moments

@@ -1,6 +1,6 @@
 // innovation: predicts the change of the light from the change of the samples, one linear model per region.
 //
-// Reads   region_means, region_squares.
+// Reads   tile_means, tile_squares_low, tile_squares_high, of regions.
 // Writes  innovations (layout: include/innovations)
 // Source  Kalman, "A New Approach to Linear Filtering and Prediction Problems", 1960; shrinkage: James and Stein 1961; its
 //         threshold: Laurent and Massart, "Adaptive Estimation of a Quadratic Functional by Model Selection", 2000, lemma 1
@@ -69,8 +69,9 @@ fn light_level() -> f32 {
     return max(max(before, before + luminance(mean_change())), 1e-6);
 }
 
-// How much of the found change is no chance: 1 - T / E, with E the change that the model explains, in variances of a
-// sample, and T what noise alone explains by as many unknowns once in as many frames as the history is long.
+// How much of the found change is no chance: 1 - (T / E)^2, with E the change that the model explains, in variances of a
+// sample, and T what noise alone explains by as many unknowns once in as many frames as the history is long. Squared, because
+// 1 - T / E would leave a tenth of a light that went as a ghost where E is ten times T.
 fn significant_share(samples: f32, weight: f32) -> f32 {
     var explained = weight * luminance(mean_change()) * luminance(mean_change());
     let unknowns = f32(FEATURES + 1u);

@@ -50,8 +50,7 @@
 //!    surface: its id, its normal and its distance from the surface's tangent plane decide. Where all 4x4 taps do, the fetch
 //!    is bicubic (Catmull-Rom) and stays sharp.
 //! 3. **change** and **innovation** ask whether the light changed. What this frame's samples differ by from the history is
-//!    regressed on the surface's features and on the history itself, over windows of 40x40 pixels; what noise would explain as
-//!    well is not believed.
+//!    regressed on the surface's features over windows of 40x40 pixels; what noise would explain as well is not believed.
 //! 4. **accumulate** moves the history by the predicted change and lowers its confidence as a Kalman filter would, so that a
 //!    light that was switched leaves no ghost. Then this frame's samples, weighted by their number, join the temporal mean.
 //!    Beside it ride the scatter of one sample, and deviations that take the same path as the mean but with alternating

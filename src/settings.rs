@@ -49,7 +49,7 @@ pub struct Settings {
     /// Off, a light that was switched fades over `max_history` samples.
     pub innovation: bool,
     /// By how many standard errors of its neighbourhood's mean a single sample may move that mean, above 0; what is
-    /// beyond is cut as a firefly. Infinity cuts nothing.
+    /// beyond is cut as a firefly. Default 1; infinity cuts nothing.
     ///
     /// Lower removes more fireflies and darkens what only rare bright samples light.
     pub firefly_limit: f32,
