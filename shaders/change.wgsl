@@ -25,11 +25,7 @@ fn change(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
 
 // A pixel without samples or without history enters with weight 0.
 fn load_pixel(pixel: vec2<u32>, lane: u32) {
-    weights[lane] = 0.0;
-    noises[lane] = vec3(0.0);
-    for (var i = 0u; i < COLUMNS; i++) {
-        columns[lane][i] = 0.0;
-    }
+    leave_out(lane);
     if any(pixel >= frame.size) {
         return;
     }
@@ -39,10 +35,7 @@ fn load_pixel(pixel: vec2<u32>, lane: u32) {
     if is_miss(surface) || sample.w <= 0.0 || old.w <= 0.0 {
         return;
     }
-    let z = surface_features(surface, position_of(frame, frame.current, vec2<f32>(pixel), surface.depth));
-    for (var i = 0u; i < SURFACE_FEATURES; i++) {
-        columns[lane][i] = z[i];
-    }
+    write_surface(pixel, surface, lane);
     columns[lane][FEATURES] = sample.r - old.r;
     columns[lane][FEATURES + 1u] = sample.g - old.g;
     columns[lane][FEATURES + 2u] = sample.b - old.b;

@@ -104,16 +104,12 @@ fn sum_ring(radius: u32, lane: u32) {
 fn ring_error(lane: u32) -> f32 {
     var sum = 0.0;
     for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
-        let ij = square_entry(entry);
-        sum += select(2.0, 1.0, ij.x == ij.y) * form[ij.x] * form[ij.y] * ring_squares[entry];
+        sum += form_weight(entry) * ring_squares[entry];
     }
     partial[lane] = sum;
     workgroupBarrier();
     if lane == 0u {
-        var total = 0.0;
-        for (var i = 0u; i < RIDGE_LANES; i++) {
-            total += partial[i];
-        }
+        let total = partial_total();
         var ring = 0.0;
         var mean = 0.0;
         for (var i = 0u; i < COLUMNS; i++) {
@@ -175,16 +171,25 @@ fn noise_mean(entry: u32) -> f32 {
 fn form_square(lane: u32) -> f32 {
     var sum = 0.0;
     for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
-        let ij = square_entry(entry);
-        sum += select(2.0, 1.0, ij.x == ij.y) * form[ij.x] * form[ij.y] * ridge_squares[entry];
+        sum += form_weight(entry) * ridge_squares[entry];
     }
     partial[lane] = sum;
     workgroupBarrier();
+    return max(partial_total(), 0.0);
+}
+
+// What an entry of the squares counts for in the square of the form: twice off the diagonal.
+fn form_weight(entry: u32) -> f32 {
+    let ij = square_entry(entry);
+    return select(2.0, 1.0, ij.x == ij.y) * form[ij.x] * form[ij.y];
+}
+
+fn partial_total() -> f32 {
     var total = 0.0;
     for (var i = 0u; i < RIDGE_LANES; i++) {
         total += partial[i];
     }
-    return max(total, 0.0);
+    return total;
 }
 
 // Mean squared error on the window, with what fitting has made it too small by.

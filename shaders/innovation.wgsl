@@ -73,7 +73,9 @@ fn light_level() -> f32 {
 // sample, and T what noise alone explains by as many unknowns once in as many frames as the history is long. Squared, because
 // 1 - T / E would leave a tenth of a light that went as a ghost where E is ten times T.
 fn significant_share(samples: f32, weight: f32) -> f32 {
-    var explained = weight * luminance(mean_change()) * luminance(mean_change());
+    let of_mean = luminance(mean_change());
+    let change = weight * of_mean * of_mean;
+    var explained = change;
     let unknowns = f32(FEATURES + 1u);
     var total = 0.0;
     for (var i = 0u; i < FEATURES; i++) {
@@ -91,7 +93,6 @@ fn significant_share(samples: f32, weight: f32) -> f32 {
                 * ridge_squares[square_index(FEATURES + min(c, d), FEATURES + max(c, d))];
         }
     }
-    let change = weight * luminance(mean_change()) * luminance(mean_change());
     let residual = max(total + change - explained, 0.0) / max(samples - unknowns, 1.0);
     // Not less than what the history knows: where no sample of a frame saw the light, it varies by nothing.
     let expected = means[TILE_VARIANCE] * (1.0 + 1.0 / max(means[REGION_LENGTH], 1.0)) * weight / max(samples, 1e-30);

@@ -25,11 +25,7 @@ fn moments(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
 
 // A pixel outside the frame, without a surface or without samples enters with weight 0.
 fn load_pixel(pixel: vec2<u32>, lane: u32) {
-    weights[lane] = 0.0;
-    noises[lane] = vec3(0.0);
-    for (var i = 0u; i < COLUMNS; i++) {
-        columns[lane][i] = 0.0;
-    }
+    leave_out(lane);
     if any(pixel >= frame.size) {
         return;
     }
@@ -38,10 +34,7 @@ fn load_pixel(pixel: vec2<u32>, lane: u32) {
     if is_miss(surface) || mean.w <= 0.0 {
         return;
     }
-    let z = surface_features(surface, position_of(frame, frame.current, vec2<f32>(pixel), surface.depth));
-    for (var i = 0u; i < SURFACE_FEATURES; i++) {
-        columns[lane][i] = z[i];
-    }
+    write_surface(pixel, surface, lane);
     columns[lane][SURFACE_FEATURES] = f32(pixel.x);
     columns[lane][SURFACE_FEATURES + 1u] = f32(pixel.y);
     columns[lane][FEATURES] = mean.r;

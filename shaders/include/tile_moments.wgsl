@@ -23,6 +23,21 @@ fn lane_pixel(group: vec2<u32>, lane: u32) -> vec2<u32> {
     return lane_tile(group, lane) * MOMENT_TILE + vec2(member % MOMENT_TILE, member / MOMENT_TILE);
 }
 
+fn leave_out(lane: u32) {
+    weights[lane] = 0.0;
+    noises[lane] = vec3(0.0);
+    for (var i = 0u; i < COLUMNS; i++) {
+        columns[lane][i] = 0.0;
+    }
+}
+
+fn write_surface(pixel: vec2<u32>, surface: Surface, lane: u32) {
+    let z = surface_features(surface, position_of(frame, frame.current, vec2<f32>(pixel), surface.depth));
+    for (var i = 0u; i < SURFACE_FEATURES; i++) {
+        columns[lane][i] = z[i];
+    }
+}
+
 // Call from uniform control flow, after each lane wrote its pixel; `tiles` cover the frame.
 fn sum_tiles(group: vec2<u32>, lane: u32, tiles: vec2<u32>) {
     workgroupBarrier();
