@@ -10,8 +10,8 @@ use crate::passes::{
 };
 use crate::statistics::StatisticsReader;
 use crate::{
-    Camera, CreateError, DenoiserDescriptor, FrameError, FrameInputs, FrameOutputs, HistoryMode, Settings,
-    Statistics, Windows, layout,
+    Allocation, Camera, CreateError, DenoiserDescriptor, FrameError, FrameInputs, FrameOutputs, HistoryMode,
+    Settings, Statistics, Windows, layout,
 };
 use bytemuck::Zeroable;
 use std::sync::Arc;
@@ -109,6 +109,11 @@ impl Denoiser {
     /// Never blocks. Answers arrive while the caller submits or polls the device.
     pub fn statistics(&mut self) -> Option<Statistics> {
         self.statistics.latest()
+    }
+
+    /// What the denoiser holds on the GPU, by resource; small constant ones are left out.
+    pub fn memory(&self) -> Vec<Allocation> {
+        self.history.memory().into_iter().chain(self.scratch.memory()).collect()
     }
 
     /// Changes the render size. History is dropped; the next frame starts without.
@@ -352,7 +357,33 @@ impl Scratch {
     }
 }
 
+impl Scratch {
+    fn memory(&self) -> Vec<Allocation> {
+        let Self { signal, reprojected, reprojected_noise, prediction, mix_weight, .. } = self;
+        let Self { regions, innovations, tiles, models, windows, coverage, centre_list, .. } = self;
+        vec![
+            Allocation::of_image("signal", signal),
+            Allocation::of_image("reprojected", reprojected),
+            Allocation::of_image("reprojected_noise", reprojected_noise),
+            Allocation::of_image("prediction", prediction),
+            Allocation::of_image("mix_weight", mix_weight),
+            regions.memory("region_moments"),
+            Allocation::of_buffer("innovations", innovations),
+            tiles.memory("tile_moments"),
+            Allocation::of_buffer("models", models),
+            Allocation::of_buffer("windows", windows),
+            Allocation::of_buffer("coverage", coverage),
+            Allocation::of_buffer("centre_list", centre_list),
+        ]
+    }
+}
+
 impl Moments {
+    fn memory(&self, name: &'static str) -> Allocation {
+        let bytes = self.means.size() + self.squares_low.size() + self.squares_high.size();
+        Allocation { name, bytes }
+    }
+
     fn new(device: &wgpu::Device, of: &str, sizes: GridSizes) -> Self {
         Self {
             means: buffer(device, &format!("{of} means"), sizes.means),

@@ -1,5 +1,6 @@
 //! What outlives a frame, in two copies: the passes read the previous frame's and write the current one's.
 
+use crate::Allocation;
 use crate::gpu::image;
 use wgpu::{TextureFormat, TextureView};
 
@@ -28,6 +29,18 @@ impl History {
             noise: image(device, "quell noise", size, TextureFormat::Rgba16Float),
         };
         Self { copies: [copy(), copy()], current: 0 }
+    }
+
+    pub fn memory(&self) -> Vec<Allocation> {
+        let of_both = |name, image: fn(&HistoryImages) -> &TextureView| {
+            let bytes = self.copies.iter().map(|copy| Allocation::of_image(name, image(copy)).bytes).sum();
+            Allocation { name, bytes }
+        };
+        vec![
+            of_both("guide", |copy| &copy.guide),
+            of_both("history", |copy| &copy.mean),
+            of_both("noise", |copy| &copy.noise),
+        ]
     }
 
     pub fn current(&self) -> &HistoryImages {

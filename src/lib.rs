@@ -92,6 +92,7 @@ pub mod gpu;
 mod history;
 #[doc(hidden)]
 pub mod layout;
+mod memory;
 #[doc(hidden)]
 pub mod passes;
 mod settings;
@@ -101,6 +102,7 @@ pub use denoiser::Denoiser;
 pub use descriptor::DenoiserDescriptor;
 pub use error::{CreateError, FrameError};
 pub use frame::{Camera, DebugView, FrameInputs, FrameOutputs, HistoryMode, Timestamps};
+pub use memory::Allocation;
 pub use passes::Pipelines;
 pub use settings::{Centres, Settings, Windows};
 pub use statistics::Statistics;

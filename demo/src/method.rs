@@ -5,7 +5,8 @@ use crate::gpu::Gpu;
 use crate::peers::{Accumulate, AccumulateFrame};
 use anyhow::{Context, Result};
 use quell::{
-    Camera, DebugView, Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode, Settings, Timestamps,
+    Allocation, Camera, DebugView, Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode, Settings,
+    Timestamps,
 };
 
 /// How to denoise.
@@ -39,8 +40,9 @@ pub struct MethodFrame<'a> {
     pub restart: bool,
     /// All methods use `far` and `max_history`. `motion_scale` is ignored: the G-buffer's motion is in pixels.
     pub settings: &'a Settings,
-    /// Quell alone draws debug views and writes timestamps; the others leave both untouched.
+    /// Quell alone draws debug views; the others leave the image untouched.
     pub debug: Option<(DebugView, &'a wgpu::TextureView)>,
+    /// Pass `i` of [`MethodRunner::passes`] writes its begin to `first_query + 2 i` and its end to the query after it.
     pub timestamps: Option<Timestamps<'a>>,
 }
 
@@ -104,6 +106,22 @@ impl MethodRunner {
         }
     }
 
+    /// The passes of a frame, in the order they run; quell's debug view, which is not part of every frame, is left out.
+    pub fn passes(&self) -> &'static [&'static str] {
+        match &self.state {
+            State::Quell { .. } => &quell::PASSES[..quell::PASSES.len() - 1],
+            State::Accumulate(_) => &Accumulate::PASSES,
+        }
+    }
+
+    /// What the method holds on the GPU besides its inputs and output.
+    pub fn memory(&self) -> Vec<Allocation> {
+        match &self.state {
+            State::Quell { denoiser, .. } => denoiser.memory(),
+            State::Accumulate(accumulate) => accumulate.memory(),
+        }
+    }
+
     /// Records the passes of one frame and returns [`output`](Self::output). Submit before the next call.
     pub fn encode(
         &mut self,
@@ -136,13 +154,14 @@ impl MethodRunner {
                 denoiser.encode(&gpu.device, &gpu.queue, encoder, &inputs, &settings)?;
             }
             State::Accumulate(accumulate) => {
+                let timestamps = frame.timestamps;
                 let frame = AccumulateFrame {
                     camera: frame.camera,
                     restart: frame.restart || self.method == Method::None,
                     far: frame.settings.far,
                     max_history: frame.settings.max_history,
                 };
-                accumulate.encode(gpu, encoder, gbuffer, &frame);
+                accumulate.encode(gpu, encoder, gbuffer, &frame, timestamps);
             }
         }
         Ok(self.output())

@@ -4,6 +4,7 @@ use crate::gbuffer::{GBuffer, image};
 use crate::gpu::Gpu;
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec4};
+use quell::{Allocation, Timestamps};
 use wgpu::TextureFormat;
 
 #[repr(C)]
@@ -71,6 +72,18 @@ impl Accumulate {
         }
     }
 
+    pub const PASSES: [&str; 1] = ["accumulate"];
+
+    /// What it holds on the GPU besides its inputs and output.
+    pub fn memory(&self) -> Vec<Allocation> {
+        let twice = |name, view| {
+            let allocation = Allocation::of_image(name, view);
+            Allocation { bytes: 2 * allocation.bytes, ..allocation }
+        };
+        let (mean, features) = &self.history[0];
+        vec![twice("mean", mean), twice("features", features)]
+    }
+
     /// The mean radiance of the last frame that was encoded, `Rgba16Float`.
     pub fn output(&self) -> &wgpu::TextureView {
         &self.output
@@ -83,6 +96,7 @@ impl Accumulate {
         encoder: &mut wgpu::CommandEncoder,
         gbuffer: &GBuffer,
         frame: &AccumulateFrame,
+        timestamps: Option<Timestamps<'_>>,
     ) {
         let previous_view = self.previous_view.filter(|_| !frame.restart);
         let (per_depth, constant) = previous_depth(&frame.camera, previous_view.unwrap_or_default());
@@ -125,7 +139,11 @@ impl Accumulate {
         });
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("accumulate"),
-            timestamp_writes: None,
+            timestamp_writes: timestamps.map(|t| wgpu::ComputePassTimestampWrites {
+                query_set: t.query_set,
+                beginning_of_pass_write_index: Some(t.first_query),
+                end_of_pass_write_index: Some(t.first_query + 1),
+            }),
         });
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &bindings, &[]);
