@@ -1,69 +1,143 @@
-// accumulate: the weighted temporal sample. This frame's sample joins the history of its surface, which is relit first.
+// accumulate: the weighted temporal sample. This frame's sample joins the history of its surface, which is relit first; then
+// the moments of features and temporal means are summed, per tile.
 //
-// Reads   signal, guide; reprojected history and noise; innovations.
-// Writes  history: temporal mean of demodulated radiance, effective sample count in w
-//         noise (layout: include/noise)
+// Reads   signal, guide, sample_count; reprojected history and noise; innovations.
+// Writes  history: temporal mean of demodulated radiance, effective sample count in w; at a miss its radiance
+//         noise; moments (layouts: include/noise, include/features)
 // Source  incremental weighted mean and variance: West, "Updating mean and variance estimates", CACM 1979; spatial
 //         fall-back for short histories: Schied et al. 2017, section 4.2; truncated means: Bubeck, Cesa-Bianchi and Lugosi,
-//         "Bandits with Heavy Tail", 2013, section 2.1
+//         "Bandits with Heavy Tail", 2013, section 2.1; moments: Moon et al. 2015, section 4
 
-//!include frame numbers noise surface features innovations
+//!include frame numbers noise surface signal features models innovations tile_moments
 
 @group(0) @binding(0) var<uniform> frame: Frame;
-@group(0) @binding(1) var signal: texture_2d<f32>;
+@group(0) @binding(1) var signal: texture_2d<u32>;
 @group(0) @binding(2) var guide: texture_2d<u32>;
-@group(0) @binding(3) var reprojected: texture_2d<f32>;
-@group(0) @binding(4) var reprojected_noise: texture_2d<f32>;
-@group(0) @binding(5) var<storage, read> innovations: array<f32>;
-@group(0) @binding(6) var history: texture_storage_2d<rgba16float, write>;
-@group(0) @binding(7) var noise: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(3) var sample_count: texture_2d<u32>;
+@group(0) @binding(4) var reprojected: texture_2d<u32>;
+@group(0) @binding(5) var reprojected_noise: texture_2d<u32>;
+@group(0) @binding(6) var<storage, read> innovations: array<f32>;
+@group(0) @binding(7) var history: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(8) var noise: texture_storage_2d<r32uint, write>;
+@group(0) @binding(9) var<storage, read_write> moments: array<f32>;
+
+const OWN_FEATURES = MODEL_OWN_FEATURES;
 
 // Below this many samples a pixel's own variance means nothing, and its neighbours' spread is used.
 const LEAST_SAMPLES = 4.0;
 const SPATIAL_RADIUS = 3;
 
 @compute @workgroup_size(8, 8)
-fn accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= frame.size) {
-        return;
+fn accumulate(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(workgroup_id) tile: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    leave_out(lane);
+    if all(id.xy < frame.size) {
+        enter_pixel(id.xy, lane);
     }
-    var sample = textureLoad(signal, id.xy, 0);
-    let relit = relight(id.xy);
-    let old = relit.history;
-    let old_noise = relit.noise;
-    sample = vec4(sample.rgb * min(1.0, relit.most / max(luminance(sample.rgb), 1e-30)), sample.w);
+    workgroupBarrier();
+    weigh_quarters(lane);
+    sum_tile(tile.xy, lane);
+}
 
-    // A pixel traced k times this frame enters with weight k; without samples the history stays as it is.
-    let k = sample.w;
-    let count = min(old.w, max(frame.max_history - k, 0.0)) + k;
-    if k == 0.0 {
-        textureStore(history, id.xy, vec4(old.rgb, min(old.w, frame.max_history)));
-        textureStore(noise, id.xy, pack_noise(old_noise, id.xy, 2u * frame.index + 1u));
+fn enter_pixel(pixel: vec2<u32>, lane: u32) {
+    let surface = unpack_surface(textureLoad(guide, pixel, 0).xy);
+    let seed = 2u * frame.index + 1u;
+    if is_miss(surface) {
+        textureStore(history, pixel, load_reprojected(pixel));
         return;
     }
+    let now = accumulated(pixel, surface);
+    // Rounded as they are stored, so that the moments are those of the images.
+    let mean = dither_to_half(now.history.rgb, pixel, seed);
+    let count = unpack2x16float(pack2x16float(vec2(now.history.w))).x;
+    let word = pack_noise(now.noise, count, pixel, seed);
+    textureStore(history, pixel, vec4(mean, count));
+    textureStore(noise, pixel, vec4(word));
+    if count <= 0.0 {
+        return;
+    }
+    write_surface(pixel, surface, lane);
+    columns[lane][SURFACE_FEATURES] = f32(pixel.x);
+    columns[lane][SURFACE_FEATURES + 1u] = f32(pixel.y);
+    for (var c = 0u; c < CHANNELS; c++) {
+        columns[lane][FEATURES + c] = mean[c];
+    }
+    let own = unpack_noise(word, count);
+    weights[lane] = count;
+    noises[lane] = vec3(own.variance, found_variance(own.deviations), own.variance / count);
+}
+
+struct Accumulated {
+    history: vec4<f32>,
+    noise: Noise,
+}
+
+fn accumulated(pixel: vec2<u32>, surface: Surface) -> Accumulated {
+    let sample = load_sample(pixel);
+    let relit = relight(pixel, surface);
+    let old = relit.history;
+    let k = sample.w;
+    // Without samples the history stays as it is; a pixel traced k times this frame enters with weight k.
+    if k == 0.0 {
+        return Accumulated(vec4(old.rgb, min(old.w, frame.max_history)), relit.noise);
+    }
+    let count = min(old.w, max(frame.max_history - k, 0.0)) + k;
+    let colour = sample.rgb * min(1.0, relit.most / max(luminance(sample.rgb), 1e-30));
     let alpha = k / count;
     // What is new in this sample is less than what it differs by from the mean before it, which is noisy too; as noisy as
     // its samples make it, even where they count for less because the light changed.
     let new_share = relit.samples / (relit.samples + k);
-    let mean = mix(old.rgb, sample.rgb, alpha);
-    let d = luminance(sample.rgb) - luminance(old.rgb);
-    var v = 0.0;
+    let d = luminance(colour) - luminance(old.rgb);
+    // Unbiased where the old one was: E[d^2] = v (1/k + 1/n) with n samples before, so n / (n + k) k d^2 estimates v.
+    var v = mix(relit.noise.variance, new_share * k * d * d, alpha);
     var innovation = sqrt(new_share) * d;
     let first = alpha == 1.0; // nothing of the past is left: only the neighbours tell what is new
     if first || count < LEAST_SAMPLES {
-        let spread = spatial_spread(id.xy);
+        let spread = spatial_spread(pixel, surface);
         v = spread.variance;
         if first {
-            innovation = luminance(sample.rgb) - spread.mean;
+            innovation = luminance(colour) - spread.mean;
         }
-    } else {
-        // Unbiased where v was: E[d^2] = v (1/k + 1/n) with n samples before, so n / (n + k) k d^2 estimates v.
-        v = mix(old_noise.variance, new_share * k * d * d, alpha);
     }
     let flips = select(vec3(1.0), vec3(-1.0), vec3(frame.index) % vec3(1u, 2u, 4u) == vec3(0u));
-    let deviations = alpha * innovation + flips * (1.0 - alpha) * old_noise.deviations;
-    textureStore(history, id.xy, vec4(dither_to_half(mean, id.xy, 2u * frame.index + 1u), count));
-    textureStore(noise, id.xy, pack_noise(Noise(v, deviations), id.xy, 2u * frame.index + 1u));
+    let deviations = alpha * innovation + flips * (1.0 - alpha) * relit.noise.deviations;
+    return Accumulated(vec4(mix(old.rgb, colour, alpha), count), Noise(v, deviations));
+}
+
+// This frame's demodulated radiance and how many samples made it: 0 for none.
+fn load_sample(pixel: vec2<u32>) -> vec4<f32> {
+    let word = textureLoad(signal, pixel, 0).x;
+    if word == NO_SAMPLE {
+        return vec4(0.0);
+    }
+    return vec4(unpack_signal(word), samples_at(pixel));
+}
+
+fn load_reprojected(pixel: vec2<u32>) -> vec4<f32> {
+    let words = textureLoad(reprojected, pixel, 0).xy;
+    return vec4(unpack2x16float(words.x), unpack2x16float(words.y));
+}
+
+// Inverse-variance weights within the tile, by its quarters: how noisy a pixel is cannot be told from its own samples, which
+// would favour those that happen to be dark. What tiles count for is judged in `fit`.
+const QUARTER_BITS = 36u; // of a lane's number, that tell its quarter
+const VARIANCE_FLOOR = 0.1;
+
+fn weigh_quarters(lane: u32) {
+    var quarter = vec2(0.0); // variance, weight
+    var whole = vec2(0.0);
+    for (var i = 0u; i < TILE_PIXELS; i++) {
+        let own = weights[i] * vec2(noises[i].x, 1.0);
+        whole += own;
+        quarter += select(vec2(0.0), own, ((i ^ lane) & QUARTER_BITS) == 0u);
+    }
+    let ratio = quarter.x * whole.y / max(quarter.y * whole.x, 1e-30);
+    workgroupBarrier(); // all have read the weights that are now replaced
+    weights[lane] *= (1.0 + VARIANCE_FLOOR) / (ratio + VARIANCE_FLOOR);
+    workgroupBarrier();
 }
 
 // What the history is believed to be in this frame's light.
@@ -77,28 +151,27 @@ struct Relit {
 const KALMAN_GAIN = 3.0; // how much less a history counts that was moved by a standard deviation of one sample
 const MOST_BRIGHTENING = 16.0; // of how far samples scatter: more is measured anew
 
-// Moves the history by the predicted change, blended between the four nearest regions' models.
-fn relight(pixel: vec2<u32>) -> Relit {
-    let old = textureLoad(reprojected, pixel, 0);
-    let old_noise = unpack_noise(textureLoad(reprojected_noise, pixel, 0));
+// Moves the history by the predicted change, blended between the four nearest tiles' models.
+fn relight(pixel: vec2<u32>, surface: Surface) -> Relit {
+    let old = load_reprojected(pixel);
+    let old_noise = unpack_noise(textureLoad(reprojected_noise, pixel, 0).x, old.w);
     var relit = Relit(old, old_noise, min(old.w, frame.max_history), HALF_MAX);
-    let surface = unpack_surface(textureLoad(guide, pixel, 0));
-    if is_miss(surface) || old.w <= 0.0 {
+    if old.w <= 0.0 {
         return relit;
     }
     let z = surface_features(surface, position_of(frame, frame.current, vec2<f32>(pixel), surface.depth));
-    let place = (vec2<f32>(pixel) + 0.5) / f32(REGION) - 0.5;
+    let place = (vec2<f32>(pixel) + 0.5) / f32(TILE) - 0.5;
     let corner = vec2<i32>(floor(place));
     let f = place - floor(place);
     var sum = vec4(0.0); // change; weight
     var spread = 0.0;    // what a sample may differ by
     for (var i = 0; i < 4; i++) {
         let step = vec2(i & 1, i >> 1u);
-        let region = corner + step;
-        if any(region < vec2(0)) || any(region >= vec2<i32>(frame.regions)) {
+        let tile = corner + step;
+        if any(tile < vec2(0)) || any(tile >= vec2<i32>(frame.tiles)) {
             continue;
         }
-        let start = (u32(region.y) * frame.regions.x + u32(region.x)) * INNOVATION_STRIDE;
+        let start = (u32(tile.y) * frame.tiles.x + u32(tile.x)) * INNOVATION_STRIDE;
         let samples = innovations[start + INNOVATION_SAMPLES];
         if samples > 0.0 {
             let sides = select(1.0 - f, f, step == vec2(1));
@@ -124,9 +197,9 @@ fn relight(pixel: vec2<u32>) -> Relit {
     return relit;
 }
 
-fn predicted_change(start: u32, z: array<f32, FEATURES>) -> vec3<f32> {
-    var change = innovation_vector(start + INNOVATION_MEAN + FEATURES);
-    for (var i = 0u; i < FEATURES; i++) {
+fn predicted_change(start: u32, z: array<f32, SURFACE_FEATURES>) -> vec3<f32> {
+    var change = innovation_vector(start + INNOVATION_MEAN + SURFACE_FEATURES);
+    for (var i = 0u; i < SURFACE_FEATURES; i++) {
         change += (z[i] - innovations[start + INNOVATION_MEAN + i])
             * innovation_vector(start + INNOVATION_SLOPE + i * CHANNELS);
     }
@@ -143,11 +216,10 @@ struct Spread {
 }
 
 // Mean and variance of luminance over this frame's samples on the same surface.
-fn spatial_spread(pixel: vec2<u32>) -> Spread {
-    let centre = unpack_surface(textureLoad(guide, pixel, 0));
+fn spatial_spread(pixel: vec2<u32>, centre: Surface) -> Spread {
     let p = position_of(frame, frame.current, vec2<f32>(pixel), centre.depth);
     // About the pixel's own value: the difference of two large squares would lose f32's digits.
-    let origin = luminance(textureLoad(signal, pixel, 0).rgb);
+    let middle = luminance(load_sample(pixel).rgb);
     var weight = 0.0;
     var sum = 0.0;
     var sum_squares = 0.0;
@@ -158,11 +230,11 @@ fn spatial_spread(pixel: vec2<u32>) -> Spread {
             if !inside(texel, frame) {
                 continue;
             }
-            let sample = textureLoad(signal, texel, 0);
-            let other = unpack_surface(textureLoad(guide, texel, 0));
+            let sample = load_sample(vec2<u32>(texel));
+            let other = unpack_surface(textureLoad(guide, texel, 0).xy);
             let q = position_of(frame, frame.current, vec2<f32>(texel), other.depth);
             if sample.w > 0.0 && same_surface(centre, other, q - p) {
-                let l = luminance(sample.rgb) - origin;
+                let l = luminance(sample.rgb) - middle;
                 weight += 1.0;
                 sum += l;
                 sum_squares += l * l;
@@ -172,9 +244,9 @@ fn spatial_spread(pixel: vec2<u32>) -> Spread {
     }
     if weight < 2.0 {
         // Alone: as uncertain as the value is large.
-        return Spread(0.0, origin * origin * samples);
+        return Spread(0.0, middle * middle * samples);
     }
     let spread = max(sum_squares - sum * sum / weight, 0.0) / (weight - 1.0);
     // The images hold means of several samples, one of which spreads more.
-    return Spread(origin + sum / weight, spread * samples / weight);
+    return Spread(middle + sum / weight, spread * samples / weight);
 }

@@ -12,6 +12,8 @@
 @group(0) @binding(3) var<storage, read_write> centre_list: array<u32>;
 @group(0) @binding(4) var<storage, read_write> levels: array<atomic<u32>>;
 
+const OWN_FEATURES = MODEL_OWN_FEATURES;
+
 var<workgroup> listed: atomic<u32>;
 var<workgroup> first: u32;
 

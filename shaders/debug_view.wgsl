@@ -1,19 +1,22 @@
 // debug_view: one of the frame's inner images, as a picture.
 //
-// Reads   guide, motion, prediction, history, mix_weight, models, windows.
+// Reads   guide, motion, prediction, history, noise, mix_weight, models, windows.
 // Writes  debug: the caller's image
 
-//!include frame numbers surface features models
+//!include frame numbers noise surface features models
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var guide: texture_2d<u32>;
 @group(0) @binding(2) var motion: texture_2d<f32>;
-@group(0) @binding(3) var prediction: texture_2d<f32>;
+@group(0) @binding(3) var prediction: texture_2d<u32>;
 @group(0) @binding(4) var history: texture_2d<f32>;
-@group(0) @binding(5) var mix_weight: texture_2d<f32>;
-@group(0) @binding(6) var<storage, read> models: array<f32>;
-@group(0) @binding(7) var<storage, read> windows: array<u32>;
-@group(0) @binding(8) var debug: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(5) var noise: texture_2d<u32>;
+@group(0) @binding(6) var mix_weight: texture_2d<u32>;
+@group(0) @binding(7) var<storage, read> models: array<f32>;
+@group(0) @binding(8) var<storage, read> windows: array<u32>;
+@group(0) @binding(9) var debug: texture_storage_2d<rgba16float, write>;
+
+const OWN_FEATURES = MODEL_OWN_FEATURES;
 
 const VIEW_PREDICTION = 1u;
 const VIEW_TEMPORAL_MEAN = 2u;
@@ -35,7 +38,7 @@ fn debug_view(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= frame.size) {
         return;
     }
-    let surface = unpack_surface(textureLoad(guide, id.xy, 0));
+    let surface = unpack_surface(textureLoad(guide, id.xy, 0).xy);
     var colour = vec3(0.0);
     if !is_miss(surface) || frame.debug_view == VIEW_MOTION {
         colour = picture(id.xy, surface);
@@ -45,9 +48,10 @@ fn debug_view(@builtin(global_invocation_id) id: vec3<u32>) {
 
 fn picture(pixel: vec2<u32>, surface: Surface) -> vec3<f32> {
     let mean = textureLoad(history, pixel, 0);
+    let predicted = unpack_prediction(textureLoad(prediction, pixel, 0).xy);
     switch frame.debug_view {
         case VIEW_PREDICTION: {
-            return textureLoad(prediction, pixel, 0).rgb;
+            return select(mean.rgb, predicted.signal, is_known(predicted));
         }
         case VIEW_TEMPORAL_MEAN: {
             return mean.rgb;
@@ -56,11 +60,14 @@ fn picture(pixel: vec2<u32>, surface: Surface) -> vec3<f32> {
             return vec3(mean.w / frame.max_history);
         }
         case VIEW_STANDARD_ERROR: {
-            let error = max(textureLoad(prediction, pixel, 0).w, 0.0);
-            return vec3(error / max(luminance(mean.rgb), 1e-6));
+            if mean.w <= 0.0 || !is_known(predicted) {
+                return vec3(0.0);
+            }
+            let own = unpack_noise(textureLoad(noise, pixel, 0).x, mean.w);
+            return vec3(standard_error(predicted, own.variance, mean.w) / max(luminance(mean.rgb), 1e-6));
         }
         case VIEW_MIX_WEIGHT: {
-            return vec3(textureLoad(mix_weight, pixel, 0).x);
+            return vec3(bitcast<f32>(textureLoad(mix_weight, pixel, 0).x));
         }
         case VIEW_NORMAL: {
             return 0.5 + 0.5 * surface.normal;
@@ -73,7 +80,7 @@ fn picture(pixel: vec2<u32>, surface: Surface) -> vec3<f32> {
             return hue(atan2(moved.y, moved.x) / 6.2831853) * saturate(length(moved) / 16.0);
         }
         case VIEW_SURFACE_ID: {
-            return hue(f32(pcg(surface.id)) / 4294967296.0);
+            return hue(f32(surface.id) / f32(IDS));
         }
         default: {
             return models_picture(pixel);
@@ -84,8 +91,8 @@ fn picture(pixel: vec2<u32>, surface: Surface) -> vec3<f32> {
 // What is known of the models whose windows hold a pixel.
 fn models_picture(pixel: vec2<u32>) -> vec3<f32> {
     let own = vec2<i32>(pixel / TILE);
-    let most = i32(WIDEST_WINDOW);
-    var sum = vec3(0.0); // weight, radius, error
+    let most = i32(WIDEST_REACH);
+    var sum = vec3(0.0); // weight, window, error
     var count = 0.0;
     for (var y = -most; y <= most; y++) {
         for (var x = -most; x <= most; x++) {
@@ -121,9 +128,9 @@ fn models_picture(pixel: vec2<u32>) -> vec3<f32> {
     return 0.4 * window_hue(sum.y / max(sum.x, 1e-30));
 }
 
-// Red: a window of 3x3 tiles; green: 5x5; blue: 7x7.
-fn window_hue(radius: f32) -> vec3<f32> {
-    return hue((radius - 1.0) / f32(WIDEST_WINDOW));
+// Red: a window of five tiles; green: 3x3; blue: 5x5.
+fn window_hue(chosen: f32) -> vec3<f32> {
+    return hue((chosen - 1.0) / 3.0);
 }
 
 fn hue(turns: f32) -> vec3<f32> {

@@ -1,8 +1,9 @@
 // fit: one linear model per listed centre, with the window that its own error chooses.
 //
-// Windows are nested: 1, 3, 5, 7 tiles wide. Each ring of tiles first tests the model of the window inside it, then joins.
+// Windows are nested: a cross of five tiles, 3x3, 5x5. What each adds, a ring, first tests the model of the window inside it,
+// then joins.
 //
-// Reads   tile_means, tile_squares_low, tile_squares_high; centre_list, levels.
+// Reads   moments, centre_list, levels.
 // Writes  models, windows, coverage (layout: include/models)
 // Source  Moon et al. 2015, section 4, with the recursion over pixels replaced by the equal sum of tile moments; Mallows,
 //         "Some Comments on Cp", Technometrics 1973
@@ -11,22 +12,20 @@
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> level: vec4<u32>; // its number in x
-@group(0) @binding(2) var<storage, read> tile_means: array<f32>;
-@group(0) @binding(3) var<storage, read> tile_squares_low: array<f32>;
-@group(0) @binding(4) var<storage, read> tile_squares_high: array<f32>;
-@group(0) @binding(5) var<storage, read> centre_list: array<u32>;
-@group(0) @binding(6) var<storage, read> levels: array<u32>;
-@group(0) @binding(7) var<storage, read_write> models: array<f32>;
-@group(0) @binding(8) var<storage, read_write> windows: array<u32>;
-@group(0) @binding(9) var<storage, read_write> coverage: array<atomic<u32>>;
+@group(0) @binding(2) var<storage, read> moments: array<f32>;
+@group(0) @binding(3) var<storage, read> centre_list: array<u32>;
+@group(0) @binding(4) var<storage, read> levels: array<u32>;
+@group(0) @binding(5) var<storage, read_write> models: array<f32>;
+@group(0) @binding(6) var<storage, read_write> windows: array<u32>;
+@group(0) @binding(7) var<storage, read_write> coverage: array<atomic<u32>>;
 
-const WINDOW_TILES = 49u;
+const OWN_FEATURES = MODEL_OWN_FEATURES;
 const RIDGE = 1e-3; // of the total weight
 
 // Of the window so far, and of the ring about it: weight, noises and columns about the origin; squares about the origin.
-var<workgroup> sums: array<f32, TILE_STRIDE>;
+var<workgroup> sums: array<f32, TILE_SQUARES>;
 var<workgroup> squares: array<f32, SQUARES>;
-var<workgroup> ring_sums: array<f32, TILE_STRIDE>;
+var<workgroup> ring_sums: array<f32, TILE_SQUARES>;
 var<workgroup> ring_squares: array<f32, SQUARES>;
 // The model's error in luminance, as a linear form of the columns about the window's mean.
 var<workgroup> form: array<f32, COLUMNS>;
@@ -44,27 +43,29 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
     }
     let centre = centre_list[listed];
     let place = vec2(centre % frame.tiles.x, centre / frame.tiles.x);
-    load_window(place, frame.tiles, window_count(frame.widest_window), lane);
+    load_window(place, WINDOW_TILES[frame.widest_window], lane);
 
     var error = 0.0;  // of the innermost model, then of each model on the ring about its window
     var tested = 0.0; // weight of what they were tested on
     var least = 1e38;
-    var chosen = 0u;
-    for (var radius = 0u; radius <= frame.widest_window; radius++) {
-        sum_ring(radius, lane);
+    var chosen = 1u;
+    for (var size = 1u; size <= frame.widest_window; size++) {
+        sum_ring(size, lane);
         workgroupBarrier();
-        if radius > 1u {
+        if size > 1u {
             error += ring_error(lane);
             tested += ring_sums[TILE_WEIGHT];
         }
-        join_ring(radius, lane);
+        join_ring(size, lane);
         workgroupBarrier();
-        solve(radius, lane);
+        if size < frame.least_window && !has(frame, FLAG_RING_ERROR) {
+            continue;
+        }
+        solve(size, lane);
         let residual = form_square(lane);
-        var risk = mallows_cp(residual, radius);
-        if radius == 1u {
-            // The tile in its middle has hardly more pixels than a model has unknowns: what it predicts of the first ring is
-            // so wrong that the sum would never forget it. So the first window is judged by Cp.
+        var risk = mallows_cp(residual, size);
+        if size == 1u {
+            // No model is inside the first window to be tested by it, so it is judged by Cp.
             tested = sums[TILE_WEIGHT];
             error = risk * tested;
         }
@@ -72,10 +73,10 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
             risk = error / max(tested, 1e-30);
         }
         // A window without samples has shown nothing: a wider one may.
-        let known = sums[TILE_WEIGHT] > 0.0 || radius == frame.widest_window;
-        if known && radius >= frame.least_window && risk < least {
+        let known = sums[TILE_WEIGHT] > 0.0 || size == frame.widest_window;
+        if known && size >= frame.least_window && risk < least {
             least = risk;
-            chosen = radius;
+            chosen = size;
             write_model(centre * MODEL_STRIDE, residual, risk, lane);
         }
         workgroupBarrier();
@@ -83,18 +84,16 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
     if lane == 0u {
         windows[centre] = chosen;
     }
-    if lane < window_count(chosen) {
-        cover(place, chosen, lane);
-    }
+    cover(place, chosen, lane);
 }
 
-fn sum_ring(radius: u32, lane: u32) {
-    let begin = select(0u, window_count(max(radius, 1u) - 1u), radius > 0u);
-    let end = window_count(radius);
+fn sum_ring(size: u32, lane: u32) {
+    let begin = WINDOW_TILES[size - 1u];
+    let end = WINDOW_TILES[size];
     for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
         ring_squares[entry] = window_square(entry, begin, end);
     }
-    if lane < TILE_STRIDE {
+    if lane < TILE_SQUARES {
         ring_sums[lane] = window_moment(lane, begin, end);
     }
 }
@@ -123,17 +122,17 @@ fn ring_error(lane: u32) -> f32 {
     return reduced;
 }
 
-fn join_ring(radius: u32, lane: u32) {
+fn join_ring(size: u32, lane: u32) {
     for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
-        squares[entry] = select(squares[entry], 0.0, radius == 0u) + ring_squares[entry];
+        squares[entry] = select(squares[entry], 0.0, size == 1u) + ring_squares[entry];
     }
-    if lane < TILE_STRIDE {
-        sums[lane] = select(sums[lane], 0.0, radius == 0u) + ring_sums[lane];
+    if lane < TILE_SQUARES {
+        sums[lane] = select(sums[lane], 0.0, size == 1u) + ring_sums[lane];
     }
 }
 
 // Fits the window so far.
-fn solve(radius: u32, lane: u32) {
+fn solve(size: u32, lane: u32) {
     // An empty window solves a harmless system instead of leaving uniform control flow.
     let weight = select(1.0, sums[TILE_WEIGHT], sums[TILE_WEIGHT] > 0.0);
     for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
@@ -145,7 +144,7 @@ fn solve(radius: u32, lane: u32) {
         let own = lane >= SURFACE_FEATURES;
         ridge_floors[lane] = select(feature_floor(lane, depth), 0.5, own);
         // Noise of one sample over the prior's variance, that of a slope of the mean colour per unit.
-        let unit = select(feature_unit(lane, depth), window_reach(radius), own);
+        let unit = select(feature_unit(lane, depth), WINDOW_REACHES[size], own);
         ridge_priors[lane] = relative_noise() * unit * unit;
     }
     workgroupBarrier();
@@ -193,9 +192,9 @@ fn partial_total() -> f32 {
 }
 
 // Mean squared error on the window, with what fitting has made it too small by.
-fn mallows_cp(residual: f32, radius: u32) -> f32 {
+fn mallows_cp(residual: f32, size: u32) -> f32 {
     var pixels = 0.0;
-    for (var t = 0u; t < window_count(radius); t++) {
+    for (var t = 0u; t < WINDOW_TILES[size]; t++) {
         pixels += select(0.0, f32(TILE * TILE), window[t][TILE_WEIGHT] > 0.0);
     }
     let parameters = f32(FEATURES + 1u);
@@ -242,12 +241,15 @@ fn write_model(start: u32, residual: f32, risk: f32, lane: u32) {
     }
 }
 
-// Adds the model's tent to the coverage of one of its tiles.
-fn cover(place: vec2<u32>, radius: u32, member: u32) {
+// Adds the model's tent to the coverage of one of the tiles around.
+fn cover(place: vec2<u32>, chosen: u32, member: u32) {
+    if member >= MOST_TILES {
+        return;
+    }
     let offset = window_offset(member);
     let tile = vec2<i32>(place) + offset;
-    if all(tile >= vec2(0)) && all(tile < vec2<i32>(frame.tiles)) {
-        let share = tent(vec2<f32>(offset) * f32(TILE), radius);
+    let share = tent(vec2<f32>(offset) * f32(TILE), chosen);
+    if all(tile >= vec2(0)) && all(tile < vec2<i32>(frame.tiles)) && share > 0.0 {
         atomicAdd(&coverage[u32(tile.y) * frame.tiles.x + u32(tile.x)], u32(share * f32(COVERAGE_ONE)));
     }
 }

@@ -1,6 +1,6 @@
-// innovation: predicts the change of the light from the change of the samples, one linear model per region.
+// innovation: predicts the change of the light from the change of the samples, one linear model per tile.
 //
-// Reads   tile_means, tile_squares_low, tile_squares_high, of regions.
+// Reads   moments, of the change.
 // Writes  innovations (layout: include/innovations)
 // Source  Kalman, "A New Approach to Linear Filtering and Prediction Problems", 1960; shrinkage: James and Stein 1961; its
 //         threshold: Laurent and Massart, "Adaptive Estimation of a Quadratic Functional by Model Selection", 2000, lemma 1
@@ -8,33 +8,32 @@
 //!include frame numbers surface features innovations window ridge
 
 @group(0) @binding(0) var<uniform> frame: Frame;
-@group(0) @binding(1) var<storage, read> tile_means: array<f32>;
-@group(0) @binding(2) var<storage, read> tile_squares_low: array<f32>;
-@group(0) @binding(3) var<storage, read> tile_squares_high: array<f32>;
-@group(0) @binding(4) var<storage, read_write> innovations: array<f32>;
+@group(0) @binding(1) var<storage, read> moments: array<f32>;
+@group(0) @binding(2) var<storage, read_write> innovations: array<f32>;
 
+const OWN_FEATURES = INNOVATION_OWN_FEATURES;
 const RIDGE = 0.3; // of the total weight: a few pixels with features of their own are no light
 // Deviation of a feature that counts, in its units: as where a tenth of the pixels differ by one. With less, single bright
 // samples on the few would be a change of the light.
 const LEAST_VARIATION = 0.3;
-// What stands in the noises of a region.
-const REGION_HISTORY = TILE_FOUND;   // luminance of the history
-const REGION_LENGTH = TILE_EXPECTED; // samples in it
+// What stands in the noises of a tile of changes.
+const TILE_HISTORY = TILE_FOUND;   // luminance of the history
+const TILE_LENGTH = TILE_EXPECTED; // samples in it
 
-var<workgroup> means: array<f32, TILE_STRIDE>;
+var<workgroup> means: array<f32, TILE_SQUARES>;
 var<workgroup> significance: f32;
 
 @compute @workgroup_size(64)
-fn innovation(@builtin(workgroup_id) region: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let samples = load_window(region.xy, frame.regions, WINDOW_TILES, lane);
-    let weight = max(window_sum(TILE_WEIGHT, 0u, WINDOW_TILES), 1e-30);
-    if lane < TILE_STRIDE {
-        means[lane] = window_moment(lane, 0u, WINDOW_TILES) / weight; // of columns: about the origin
+fn innovation(@builtin(workgroup_id) tile: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let samples = load_window(tile.xy, MOST_TILES, lane);
+    let weight = max(window_sum(TILE_WEIGHT, 0u, MOST_TILES), 1e-30);
+    if lane < TILE_SQUARES {
+        means[lane] = window_moment(lane, 0u, MOST_TILES) / weight; // of columns: about the origin
     }
     workgroupBarrier();
     for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
         let ij = square_entry(entry);
-        ridge_squares[entry] = window_square(entry, 0u, WINDOW_TILES)
+        ridge_squares[entry] = window_square(entry, 0u, MOST_TILES)
             - weight * means[TILE_MEAN + ij.x] * means[TILE_MEAN + ij.y];
     }
     workgroupBarrier();
@@ -52,7 +51,7 @@ fn innovation(@builtin(workgroup_id) region: vec3<u32>, @builtin(local_invocatio
         significance = significant_share(samples, weight);
     }
     workgroupBarrier();
-    write_model((region.y * frame.regions.x + region.x) * INNOVATION_STRIDE, samples, lane);
+    write_model((tile.y * frame.tiles.x + tile.x) * INNOVATION_STRIDE, samples, lane);
 }
 
 fn column_mean(column: u32) -> f32 {
@@ -65,7 +64,7 @@ fn mean_change() -> vec3<f32> {
 
 // The larger of the light before and after.
 fn light_level() -> f32 {
-    let before = means[REGION_HISTORY];
+    let before = means[TILE_HISTORY];
     return max(max(before, before + luminance(mean_change())), 1e-6);
 }
 
@@ -95,9 +94,9 @@ fn significant_share(samples: f32, weight: f32) -> f32 {
     }
     let residual = max(total + change - explained, 0.0) / max(samples - unknowns, 1.0);
     // Not less than what the history knows: where no sample of a frame saw the light, it varies by nothing.
-    let expected = means[TILE_VARIANCE] * (1.0 + 1.0 / max(means[REGION_LENGTH], 1.0)) * weight / max(samples, 1e-30);
+    let expected = means[TILE_VARIANCE] * (1.0 + 1.0 / max(means[TILE_LENGTH], 1.0)) * weight / max(samples, 1e-30);
     let variance = max(residual, expected);
-    let x = log(1.0 + means[REGION_LENGTH]);
+    let x = log(1.0 + means[TILE_LENGTH]);
     let chance = unknowns + 2.0 * sqrt(unknowns * x) + 2.0 * x;
     if !has(frame, FLAG_INNOVATION) || samples <= unknowns || explained <= 0.0 {
         return 0.0;

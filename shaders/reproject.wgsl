@@ -1,20 +1,34 @@
-// reproject: fetches each pixel's history from where its surface was in the previous frame.
+// reproject: packs this frame's inputs, fetches each pixel's history from where its surface was in the previous frame, and sums,
+// per tile, the moments of what the new samples differ by from that history.
 //
-// Reads   guide, motion; the previous frame's guide, history and noise.
-// Writes  reprojected: history mean, effective sample count in w (0: no history); reprojected_noise
+// Reads   the caller's images; the previous frame's guide; history, noise.
+// Writes  guide: the surface; signal: this frame's sample (layouts: include/surface, include/signal)
+//         reprojected: history mean, effective sample count in w (0: no history); at a miss its radiance; reprojected_noise
+//         moments, of the change (layout: include/features)
 // Source  bilinear taps tested one by one: Schied et al., "Spatiotemporal Variance-Guided Filtering", HPG 2017, section
 //         4.1; cubic weights: Catmull and Rom 1974, as used for history in temporal anti-aliasing
 
-//!include frame numbers noise surface
+//!include frame numbers noise surface signal demodulate inputs features innovations tile_moments
 
 @group(0) @binding(0) var<uniform> frame: Frame;
-@group(0) @binding(1) var guide: texture_2d<u32>;
-@group(0) @binding(2) var motion: texture_2d<f32>;
-@group(0) @binding(3) var previous_guide: texture_2d<u32>;
-@group(0) @binding(4) var previous_history: texture_2d<f32>;
-@group(0) @binding(5) var previous_noise: texture_2d<f32>;
-@group(0) @binding(6) var reprojected: texture_storage_2d<rgba16float, write>;
-@group(0) @binding(7) var reprojected_noise: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(1) var radiance: texture_2d<f32>;
+@group(0) @binding(2) var albedo: texture_2d<f32>;
+@group(0) @binding(3) var normal_roughness: texture_2d<f32>;
+@group(0) @binding(4) var depth: texture_2d<f32>;
+@group(0) @binding(5) var motion: texture_2d<f32>;
+@group(0) @binding(6) var surface_id: texture_2d<u32>;
+@group(0) @binding(7) var emission: texture_2d<f32>;
+@group(0) @binding(8) var sample_count: texture_2d<u32>;
+@group(0) @binding(9) var previous_guide: texture_2d<u32>;
+@group(0) @binding(10) var history: texture_2d<f32>;
+@group(0) @binding(11) var noise: texture_2d<u32>;
+@group(0) @binding(12) var guide: texture_storage_2d<rg32uint, write>;
+@group(0) @binding(13) var signal: texture_storage_2d<r32uint, write>;
+@group(0) @binding(14) var reprojected: texture_storage_2d<rg32uint, write>;
+@group(0) @binding(15) var reprojected_noise: texture_storage_2d<r32uint, write>;
+@group(0) @binding(16) var<storage, read_write> moments: array<f32>;
+
+const OWN_FEATURES = INNOVATION_OWN_FEATURES;
 
 // Where the pixel's surface was: what a tap must look like to belong to it.
 struct Origin {
@@ -32,18 +46,51 @@ const LEAST_WEIGHT = 0.05;
 const SNAP_PX = 0.002;
 
 @compute @workgroup_size(8, 8)
-fn reproject(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= frame.size) {
-        return;
+fn reproject(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(workgroup_id) tile: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    leave_out(lane);
+    if all(id.xy < frame.size) {
+        enter_pixel(id.xy, lane);
     }
+    workgroupBarrier();
+    sum_tile(tile.xy, lane);
+}
+
+fn enter_pixel(pixel: vec2<u32>, lane: u32) {
+    let words = pack_surface(read_surface(pixel));
+    let surface = unpack_surface(words);
+    textureStore(guide, pixel, vec4(words, 0u, 0u));
+    let sample = read_sample(pixel, surface);
+    let signal_word = select(NO_SAMPLE, pack_signal(sample.signal, pixel, 2u * frame.index), sample.count > 0.0);
+    textureStore(signal, pixel, vec4(signal_word));
     var fetched = Fetched(vec4(0.0), Noise());
-    let surface = unpack_surface(textureLoad(guide, id.xy, 0));
-    if has(frame, FLAG_HISTORY) && !is_miss(surface) {
-        fetched = fetch(find_origin(id.xy, surface));
+    if is_miss(surface) {
+        fetched.history = vec4(read_miss(pixel), 0.0);
+    } else if has(frame, FLAG_HISTORY) {
+        fetched = fetch(find_origin(pixel, surface));
     }
-    let mean = dither_to_half(fetched.history.rgb, id.xy, 2u * frame.index);
-    textureStore(reprojected, id.xy, vec4(mean, fetched.history.w));
-    textureStore(reprojected_noise, id.xy, pack_noise(fetched.noise, id.xy, 2u * frame.index));
+    let mean = dither_to_half(fetched.history.rgb, pixel, 2u * frame.index);
+    let old = vec2(pack2x16float(mean.rg), pack2x16float(vec2(mean.b, fetched.history.w)));
+    let old_noise = pack_noise(fetched.noise, unpack2x16float(old.y).y, pixel, 2u * frame.index);
+    textureStore(reprojected, pixel, vec4(old, 0u, 0u));
+    textureStore(reprojected_noise, pixel, vec4(old_noise));
+    if sample.count > 0.0 && fetched.history.w > 0.0 {
+        enter_change(pixel, surface, Sample(unpack_signal(signal_word), sample.count), vec4(mean, fetched.history.w), lane);
+        let own = unpack_noise(old_noise, unpack2x16float(old.y).y);
+        noises[lane] = vec3(own.variance, luminance(mean), fetched.history.w);
+    }
+}
+
+// A pixel without samples or without history enters with weight 0.
+fn enter_change(pixel: vec2<u32>, surface: Surface, sample: Sample, old: vec4<f32>, lane: u32) {
+    write_surface(pixel, surface, lane);
+    for (var c = 0u; c < CHANNELS; c++) {
+        columns[lane][FEATURES + c] = sample.signal[c] - old[c];
+    }
+    weights[lane] = sample.count;
 }
 
 fn find_origin(pixel: vec2<u32>, surface: Surface) -> Origin {
@@ -84,7 +131,7 @@ fn tap_belongs(texel: vec2<i32>, origin: Origin) -> bool {
     if !inside(texel, frame) {
         return false;
     }
-    let tap = unpack_surface(textureLoad(previous_guide, texel, 0));
+    let tap = unpack_surface(textureLoad(previous_guide, texel, 0).xy);
     if is_miss(tap) || tap.id != origin.surface.id {
         return false;
     }
@@ -115,11 +162,11 @@ fn fetch(origin: Origin) -> Fetched {
             all_valid = false;
             continue;
         }
-        let tap = textureLoad(previous_history, base + step, 0);
+        let tap = textureLoad(history, base + step, 0);
         // A tap that was never sampled has a surface but no mean.
         if tap.w > 0.0 {
             sum.history += w * tap;
-            let noise = unpack_noise(textureLoad(previous_noise, base + step, 0));
+            let noise = unpack_noise(textureLoad(noise, base + step, 0).x, tap.w);
             sum.noise.variance += w * noise.variance;
             sum.noise.deviations += w * noise.deviations;
             weight += w;
@@ -171,12 +218,12 @@ fn fetch_catmull_rom(base: vec2<i32>, f: vec2<f32>, origin: Origin) -> Sharp {
             if !tap_belongs(texel, origin) {
                 return sharp;
             }
-            let tap = textureLoad(previous_history, texel, 0);
+            let tap = textureLoad(history, texel, 0);
             if tap.w == 0.0 {
                 return sharp;
             }
             sharp.mean += w * tap.rgb;
-            sharp.deviations += w * textureLoad(previous_noise, texel, 0).yzw;
+            sharp.deviations += w * unpack_noise(textureLoad(noise, texel, 0).x, tap.w).deviations;
         }
     }
     sharp.valid = true;

@@ -2,16 +2,15 @@
 
 use crate::gpu::{FrameUniforms, Recorder, buffer, flags, image, words};
 use crate::history::History;
-use crate::layout::{GridSizes, LEVEL_WORDS, LEVELS};
+use crate::layout::{LEVEL_WORDS, LEVELS};
 use crate::passes::{
-    Pipelines, accumulate::AccumulateViews, change::ChangeViews, compose::ComposeViews,
-    debug_view::DebugViewViews, fit::FitViews, innovation::InnovationViews, moments::MomentsViews,
-    predict::PredictViews, prepare::PrepareViews, reproject::ReprojectViews,
+    Pipelines, accumulate::AccumulateViews, compose::ComposeViews, debug_view::DebugViewViews, fit::FitViews,
+    innovation::InnovationViews, predict::PredictViews, reproject::ReprojectViews,
 };
 use crate::statistics::StatisticsReader;
 use crate::{
-    Allocation, Camera, CreateError, DenoiserDescriptor, FrameError, FrameInputs, FrameOutputs, HistoryMode,
-    Settings, Statistics, Windows, layout,
+    Allocation, Camera, CreateError, DebugView, DenoiserDescriptor, FrameError, FrameInputs, FrameOutputs,
+    HistoryMode, Settings, Statistics, Windows, layout,
 };
 use bytemuck::Zeroable;
 use std::sync::Arc;
@@ -31,19 +30,19 @@ pub struct Denoiser {
     statistics: StatisticsReader,
 }
 
-/// What lives for one frame only.
+/// What lives for one frame only, or for less: what is dead lends its memory to what comes after.
 #[derive(Debug)]
 struct Scratch {
+    /// Later, where a debug view shows it, the mix weight.
     signal: TextureView,
+    /// Later the prediction.
     reprojected: TextureView,
     reprojected_noise: TextureView,
-    prediction: TextureView,
-    mix_weight: TextureView,
-    regions: Moments,
-    innovations: Buffer,
-    tiles: Moments,
+    /// Per tile: of the change of the light, later of the temporal means.
+    moments: Buffer,
+    /// Per tile: of the innovation, later the sparse ones.
     models: Buffer,
-    /// Radius of each tile's model's window; 0 for no model.
+    /// The window of each tile's model; 0 for no model.
     windows: Buffer,
     coverage: Buffer,
     centre_list: Buffer,
@@ -52,14 +51,6 @@ struct Scratch {
     /// Stand in for optional inputs that did not come.
     no_float: TextureView,
     no_uint: TextureView,
-}
-
-/// Moments of a grid of tiles or regions.
-#[derive(Debug)]
-struct Moments {
-    means: Buffer,
-    squares_low: Buffer,
-    squares_high: Buffer,
 }
 
 impl Denoiser {
@@ -169,123 +160,84 @@ impl Denoiser {
 
     /// The frame, pass by pass.
     fn record(&self, recorder: &mut Recorder<'_>, inputs: &FrameInputs<'_>) {
-        let Scratch { signal, reprojected, reprojected_noise, prediction, mix_weight, .. } = &self.scratch;
-        let Scratch { regions, innovations, tiles, models, windows, coverage, centre_list, levels, .. } =
-            &self.scratch;
-        let (current, previous) = (self.history.current(), self.history.previous());
-        let (guide, history, noise) = (&current.guide, &current.mean, &current.noise);
+        let Scratch { signal, reprojected, reprojected_noise, moments, models, .. } = &self.scratch;
+        let Scratch { windows, coverage, centre_list, levels, no_float, no_uint, .. } = &self.scratch;
+        let (innovations, prediction, mix_weight) = (models, reprojected, signal);
+        let History { mean: history, noise, .. } = &self.history;
+        let (guide, previous_guide) = (self.history.guide(), self.history.previous_guide());
         let FrameInputs { radiance, albedo, normal_roughness, depth, motion, output, .. } = *inputs;
-        let emission = inputs.emission.unwrap_or(&self.scratch.no_float);
-        let surface_id = inputs.surface_id.unwrap_or(&self.scratch.no_uint);
-        let sample_count = inputs.sample_count.unwrap_or(&self.scratch.no_uint);
+        let emission = inputs.emission.unwrap_or(no_float);
+        let surface_id = inputs.surface_id.unwrap_or(no_uint);
+        let sample_count = inputs.sample_count.unwrap_or(no_uint);
         let passes = &self.pipelines;
 
-        passes.prepare.record(
+        passes.reproject.record(
             recorder,
-            &PrepareViews {
+            &ReprojectViews {
                 radiance,
                 albedo,
                 normal_roughness,
                 depth,
+                motion,
                 surface_id,
                 emission,
                 sample_count,
+                previous_guide,
+                history,
+                noise,
+                guide,
                 signal,
-                guide,
-            },
-            self.size,
-        );
-        passes.reproject.record(
-            recorder,
-            &ReprojectViews {
-                guide,
-                motion,
-                previous_guide: &previous.guide,
-                previous_history: &previous.mean,
-                previous_noise: &previous.noise,
                 reprojected,
                 reprojected_noise,
-            },
-            self.size,
-        );
-        passes.change.record(
-            recorder,
-            &ChangeViews {
-                signal,
-                guide,
-                reprojected,
-                reprojected_noise,
-                tile_means: &regions.means,
-                tile_squares_low: &regions.squares_low,
-                tile_squares_high: &regions.squares_high,
+                moments,
             },
             self.size,
         );
         passes.innovation.record(
             recorder,
-            &InnovationViews {
-                tile_means: &regions.means,
-                tile_squares_low: &regions.squares_low,
-                tile_squares_high: &regions.squares_high,
-                innovations,
-            },
-            layout::regions(self.size),
+            &InnovationViews { moments, innovations },
+            layout::tiles(self.size),
         );
         passes.accumulate.record(
             recorder,
-            &AccumulateViews { signal, guide, reprojected, reprojected_noise, innovations, history, noise },
-            self.size,
-        );
-        passes.moments.record(
-            recorder,
-            &MomentsViews {
+            &AccumulateViews {
+                signal,
                 guide,
+                sample_count,
+                reprojected,
+                reprojected_noise,
+                innovations,
                 history,
                 noise,
-                tile_means: &tiles.means,
-                tile_squares_low: &tiles.squares_low,
-                tile_squares_high: &tiles.squares_high,
+                moments,
             },
             self.size,
         );
         passes.fit.record(
             recorder,
-            &FitViews {
-                tile_means: &tiles.means,
-                tile_squares_low: &tiles.squares_low,
-                tile_squares_high: &tiles.squares_high,
-                centre_list,
-                levels,
-                models,
-                windows,
-                coverage,
-            },
+            &FitViews { moments, centre_list, levels, models, windows, coverage },
             layout::tiles(self.size),
         );
-        passes.predict.record(
-            recorder,
-            &PredictViews { guide, history, noise, models, windows, prediction },
-            self.size,
-        );
+        passes.predict.record(recorder, &PredictViews { guide, models, windows, prediction }, self.size);
         passes.compose.record(
             recorder,
-            &ComposeViews {
-                guide,
-                prediction,
-                history,
-                noise,
-                radiance,
-                albedo,
-                emission,
-                output,
-                mix_weight,
-            },
+            &ComposeViews { guide, prediction, history, noise, albedo, emission, output, mix_weight },
             self.size,
         );
         if let Some((_, debug)) = inputs.debug {
             passes.debug_view.record(
                 recorder,
-                &DebugViewViews { guide, motion, prediction, history, mix_weight, models, windows, debug },
+                &DebugViewViews {
+                    guide,
+                    motion,
+                    prediction,
+                    history,
+                    noise,
+                    mix_weight,
+                    models,
+                    windows,
+                    debug,
+                },
                 self.size,
             );
         }
@@ -303,7 +255,6 @@ impl Denoiser {
             far: settings.far,
             size: self.size,
             tiles: layout::tiles(self.size),
-            regions: layout::regions(self.size),
             index: self.frames,
             firefly_limit: settings.firefly_limit,
             motion_scale: settings.motion_scale,
@@ -315,7 +266,8 @@ impl Denoiser {
                 | flag(motion_depth, flags::MOTION_DEPTH)
                 | flag(settings.mix_temporal_mean, flags::MIX)
                 | flag(settings.innovation, flags::INNOVATION)
-                | flag(settings.windows == Windows::RingError, flags::RING_ERROR),
+                | flag(settings.windows == Windows::RingError, flags::RING_ERROR)
+                | flag(matches!(inputs.debug, Some((DebugView::MixWeight, _))), flags::SHOW_MIX),
             debug_view: inputs.debug.map_or(0, |(view, _)| view as u32),
             ..FrameUniforms::zeroed()
         };
@@ -327,68 +279,37 @@ impl Denoiser {
 
 impl Scratch {
     fn new(device: &wgpu::Device, size: [u32; 2]) -> Self {
-        let float = TextureFormat::R32Float;
-        let half_rgba = TextureFormat::Rgba16Float;
-        let tile_count = layout::count(layout::tiles(size));
-        let tiles = GridSizes::of(layout::MODELS, tile_count);
-        let regions = GridSizes::of(layout::INNOVATIONS, layout::count(layout::regions(size)));
+        let tiles = layout::count(layout::tiles(size));
         Self {
-            signal: image(device, "quell signal", size, half_rgba),
-            reprojected: image(device, "quell reprojected", size, half_rgba),
-            reprojected_noise: image(device, "quell reprojected noise", size, half_rgba),
-            prediction: image(device, "quell prediction", size, half_rgba),
-            mix_weight: image(device, "quell mix weight", size, float),
-            regions: Moments::new(device, "quell region", regions),
-            innovations: buffer(device, "quell innovations", regions.models),
-            tiles: Moments::new(device, "quell tile", tiles),
-            models: buffer(device, "quell models", tiles.models),
-            windows: words(device, "quell windows", tile_count, BufferUsages::COPY_DST),
-            coverage: words(device, "quell coverage", tile_count, BufferUsages::COPY_DST),
-            centre_list: buffer(device, "quell centre list", tile_count),
+            signal: image(device, "quell signal", size, TextureFormat::R32Uint),
+            reprojected: image(device, "quell reprojected", size, TextureFormat::Rg32Uint),
+            reprojected_noise: image(device, "quell reprojected noise", size, TextureFormat::R32Uint),
+            moments: buffer(device, "quell moments", layout::moments(tiles)),
+            models: buffer(device, "quell models", layout::models(tiles)),
+            windows: words(device, "quell windows", tiles, BufferUsages::COPY_DST),
+            coverage: words(device, "quell coverage", tiles, BufferUsages::COPY_DST),
+            centre_list: buffer(device, "quell centre list", tiles),
             levels: words(
                 device,
                 "quell levels",
                 u64::from(LEVEL_WORDS) * LEVELS as u64,
                 BufferUsages::INDIRECT | BufferUsages::COPY_DST | BufferUsages::COPY_SRC,
             ),
-            no_float: image(device, "quell no image", [1, 1], float),
+            no_float: image(device, "quell no image", [1, 1], TextureFormat::R32Float),
             no_uint: image(device, "quell no image", [1, 1], TextureFormat::R32Uint),
         }
     }
-}
 
-impl Scratch {
     fn memory(&self) -> Vec<Allocation> {
-        let Self { signal, reprojected, reprojected_noise, prediction, mix_weight, .. } = self;
-        let Self { regions, innovations, tiles, models, windows, coverage, centre_list, .. } = self;
         vec![
-            Allocation::of_image("signal", signal),
-            Allocation::of_image("reprojected", reprojected),
-            Allocation::of_image("reprojected_noise", reprojected_noise),
-            Allocation::of_image("prediction", prediction),
-            Allocation::of_image("mix_weight", mix_weight),
-            regions.memory("region_moments"),
-            Allocation::of_buffer("innovations", innovations),
-            tiles.memory("tile_moments"),
-            Allocation::of_buffer("models", models),
-            Allocation::of_buffer("windows", windows),
-            Allocation::of_buffer("coverage", coverage),
-            Allocation::of_buffer("centre_list", centre_list),
+            Allocation::of_image("signal", &self.signal),
+            Allocation::of_image("reprojected", &self.reprojected),
+            Allocation::of_image("reprojected_noise", &self.reprojected_noise),
+            Allocation::of_buffer("moments", &self.moments),
+            Allocation::of_buffer("models", &self.models),
+            Allocation::of_buffer("windows", &self.windows),
+            Allocation::of_buffer("coverage", &self.coverage),
+            Allocation::of_buffer("centre_list", &self.centre_list),
         ]
-    }
-}
-
-impl Moments {
-    fn memory(&self, name: &'static str) -> Allocation {
-        let bytes = self.means.size() + self.squares_low.size() + self.squares_high.size();
-        Allocation { name, bytes }
-    }
-
-    fn new(device: &wgpu::Device, of: &str, sizes: GridSizes) -> Self {
-        Self {
-            means: buffer(device, &format!("{of} means"), sizes.means),
-            squares_low: buffer(device, &format!("{of} squares low"), sizes.half_squares),
-            squares_high: buffer(device, &format!("{of} squares high"), sizes.half_squares),
-        }
     }
 }

@@ -1,57 +1,51 @@
-//! What outlives a frame, in two copies: the passes read the previous frame's and write the current one's.
+//! What outlives a frame.
 
 use crate::Allocation;
 use crate::gpu::image;
 use wgpu::{TextureFormat, TextureView};
 
-/// One frame's copy.
+/// The temporal mean and its noise are replaced in place: `reproject` reads them and writes a copy, `accumulate` reads the copy
+/// and writes them. Of the surfaces, the previous frame's are read while the current one's are written.
 #[derive(Debug)]
-pub(crate) struct HistoryImages {
-    /// Packed surfaces: normal, depth, material, id.
-    pub guide: TextureView,
+pub(crate) struct History {
     /// Temporal mean of demodulated radiance, effective sample count in w.
     pub mean: TextureView,
     /// How far samples scatter, and how far the mean is off by chance.
     pub noise: TextureView,
-}
-
-#[derive(Debug)]
-pub(crate) struct History {
-    copies: [HistoryImages; 2],
+    /// Packed surfaces: normal, depth, material, id.
+    guides: [TextureView; 2],
     current: usize,
 }
 
 impl History {
     pub fn new(device: &wgpu::Device, size: [u32; 2]) -> Self {
-        let copy = || HistoryImages {
-            guide: image(device, "quell guide", size, TextureFormat::Rgba32Uint),
+        let guide = || image(device, "quell guide", size, TextureFormat::Rg32Uint);
+        Self {
             mean: image(device, "quell history", size, TextureFormat::Rgba16Float),
-            noise: image(device, "quell noise", size, TextureFormat::Rgba16Float),
-        };
-        Self { copies: [copy(), copy()], current: 0 }
+            noise: image(device, "quell noise", size, TextureFormat::R32Uint),
+            guides: [guide(), guide()],
+            current: 0,
+        }
     }
 
     pub fn memory(&self) -> Vec<Allocation> {
-        let of_both = |name, image: fn(&HistoryImages) -> &TextureView| {
-            let bytes = self.copies.iter().map(|copy| Allocation::of_image(name, image(copy)).bytes).sum();
-            Allocation { name, bytes }
-        };
         vec![
-            of_both("guide", |copy| &copy.guide),
-            of_both("history", |copy| &copy.mean),
-            of_both("noise", |copy| &copy.noise),
+            Allocation::of_image("history", &self.mean),
+            Allocation::of_image("noise", &self.noise),
+            Allocation::of_image("guide", self.guide()),
+            Allocation::of_image("previous_guide", self.previous_guide()),
         ]
     }
 
-    pub fn current(&self) -> &HistoryImages {
-        &self.copies[self.current]
+    pub fn guide(&self) -> &TextureView {
+        &self.guides[self.current]
     }
 
-    pub fn previous(&self) -> &HistoryImages {
-        &self.copies[1 - self.current]
+    pub fn previous_guide(&self) -> &TextureView {
+        &self.guides[1 - self.current]
     }
 
-    /// What was current becomes previous.
+    /// The current surfaces become the previous ones.
     pub fn swap(&mut self) {
         self.current = 1 - self.current;
     }

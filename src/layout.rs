@@ -4,18 +4,18 @@ use crate::{CreateError, DenoiserDescriptor};
 
 /// Features of the surface; what fits models adds some of its own.
 pub const SURFACE_FEATURES: u32 = 9;
-/// Pixels on a side of a tile, the unit of the windows of prediction.
-pub const TILE: u32 = 4;
-/// Pixels on a side of a region, the unit of the windows of the innovation.
-pub const REGION: u32 = 8;
+/// Pixels on a side of a tile, the unit of windows.
+pub const TILE: u32 = 8;
 /// Levels of centres, coarse to fine.
-pub const LEVELS: usize = 4;
+pub const LEVELS: usize = 3;
 /// Tiles between the centres of each level.
-pub const LEVEL_STRIDES: [u32; LEVELS] = [8, 4, 2, 1];
+pub const LEVEL_STRIDES: [u32; LEVELS] = [4, 2, 1];
 /// Words of a level's indirect arguments and count.
 pub const LEVEL_WORDS: u32 = 4;
-/// Tiles on each side of the centre of the largest window.
-pub const WIDEST_WINDOW: u32 = 3;
+/// Tiles of each window, by window from 1; 0 is none.
+pub const WINDOW_TILES: [u32; 4] = [0, 5, 9, 25];
+/// Pixels that the widest window spans.
+pub const WIDEST_WINDOW_PX: u32 = 40;
 /// Coverage of a tile in the middle of one model.
 pub const COVERAGE_ONE: u32 = 256;
 /// What the sparse models are made of.
@@ -41,13 +41,9 @@ impl Columns {
     pub const fn squares(self) -> u32 {
         self.columns() * (self.columns() + 1) / 2
     }
-    /// Entries in each of the two buffers that hold it.
-    pub const fn half_squares(self) -> u32 {
-        self.squares().div_ceil(2)
-    }
-    /// Floats of a tile besides its squares.
+    /// Floats of a tile: its head, means and squares.
     pub const fn tile_stride(self) -> u32 {
-        4 + self.columns()
+        4 + self.columns() + self.squares()
     }
     /// Floats of a model.
     pub const fn model_stride(self) -> u32 {
@@ -56,16 +52,11 @@ impl Columns {
 }
 
 /// Workgroup memory that the largest pass needs.
-pub const WORKGROUP_BYTES: u64 = 15 * 1024;
+pub const WORKGROUP_BYTES: u64 = 12 * 1024;
 
 /// Tiles that cover `size` pixels.
 pub fn tiles(size: [u32; 2]) -> [u32; 2] {
     size.map(|side| side.div_ceil(TILE))
-}
-
-/// Regions that cover `size` pixels.
-pub fn regions(size: [u32; 2]) -> [u32; 2] {
-    size.map(|side| side.div_ceil(REGION))
 }
 
 /// `[8, 4]` has 32.
@@ -73,26 +64,14 @@ pub fn count([width, height]: [u32; 2]) -> u64 {
     u64::from(width) * u64::from(height)
 }
 
-/// Sizes of moments and models of a grid of tiles or regions, in floats.
-#[derive(Debug, Clone, Copy)]
-pub struct GridSizes {
-    /// Weights, noises and means.
-    pub means: u64,
-    /// One half of the squares.
-    pub half_squares: u64,
-    /// Models, one per tile or region.
-    pub models: u64,
+/// Floats of the moments of `tiles`: first those of the change of the light, then those of the temporal means.
+pub fn moments(tiles: u64) -> u64 {
+    tiles * u64::from(MODELS.tile_stride())
 }
 
-impl GridSizes {
-    /// Sizes for `count` tiles or regions.
-    pub fn of(columns: Columns, count: u64) -> Self {
-        Self {
-            means: count * u64::from(columns.tile_stride()),
-            half_squares: count * u64::from(columns.half_squares()),
-            models: count * u64::from(columns.model_stride()),
-        }
-    }
+/// Floats of the models of `tiles`: first those of the innovation, then the sparse ones.
+pub fn models(tiles: u64) -> u64 {
+    tiles * u64::from(MODELS.model_stride())
 }
 
 /// Refuses what the device cannot hold, before anything is created on it.
@@ -102,9 +81,8 @@ pub(crate) fn check(device: &wgpu::Device, descriptor: &DenoiserDescriptor) -> R
         return Err(CreateError::EmptySize { width, height });
     }
     let limits = device.limits();
-    // Of the innovation's regions there are fewer, with fewer columns.
-    let tiles = GridSizes::of(MODELS, count(tiles([width, height])));
-    let largest = 4 * tiles.means.max(tiles.half_squares).max(tiles.models);
+    let tiles = count(tiles([width, height]));
+    let largest = 4 * moments(tiles).max(models(tiles));
     let needs = [
         (
             "max_texture_dimension_2d",
@@ -113,9 +91,13 @@ pub(crate) fn check(device: &wgpu::Device, descriptor: &DenoiserDescriptor) -> R
         ),
         ("max_storage_buffer_binding_size", largest, limits.max_storage_buffer_binding_size),
         ("max_buffer_size", largest, limits.max_buffer_size),
-        ("max_storage_buffers_per_shader_stage", 8, u64::from(limits.max_storage_buffers_per_shader_stage)),
-        ("max_storage_textures_per_shader_stage", 2, u64::from(limits.max_storage_textures_per_shader_stage)),
-        ("max_sampled_textures_per_shader_stage", 7, u64::from(limits.max_sampled_textures_per_shader_stage)),
+        ("max_storage_buffers_per_shader_stage", 6, u64::from(limits.max_storage_buffers_per_shader_stage)),
+        ("max_storage_textures_per_shader_stage", 4, u64::from(limits.max_storage_textures_per_shader_stage)),
+        (
+            "max_sampled_textures_per_shader_stage",
+            11,
+            u64::from(limits.max_sampled_textures_per_shader_stage),
+        ),
         (
             "max_compute_workgroup_storage_size",
             WORKGROUP_BYTES,

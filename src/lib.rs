@@ -108,18 +108,8 @@ pub use settings::{Centres, Settings, Windows};
 pub use statistics::Statistics;
 
 /// The passes of a frame in the order they run; also their labels and timestamp order.
-pub const PASSES: [&str; 10] = [
-    "prepare",
-    "reproject",
-    "change",
-    "innovation",
-    "accumulate",
-    "moments",
-    "fit",
-    "predict",
-    "compose",
-    "debug_view",
-];
+pub const PASSES: [&str; 7] =
+    ["reproject", "innovation", "accumulate", "fit", "predict", "compose", "debug_view"];
 
 /// Compiles the README's example.
 #[cfg(doctest)]

@@ -2,7 +2,8 @@
 
 use crate::FrameError;
 
-/// How each model's window is chosen, among squares of 3, 5 and 7 tiles of 4 pixels about its centre.
+/// How each model's window is chosen, among the tile of 8x8 pixels that is its centre with its four neighbours, 3x3 tiles, and,
+/// in frames of at least 320 pixels each way, 5x5 tiles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Windows {
     /// The one with the least Mallows' Cp: the fit's own error and what fitting has made it too small by.
@@ -11,7 +12,7 @@ pub enum Windows {
     /// The one whose growth was predicted with the least error: each ring of tiles tests the model of the window inside it.
     /// Moon et al. 2015, section 4.2. Takes smaller windows, and more of them, where samples are noisy.
     RingError,
-    /// All windows reach this many tiles to each side of their centre; 1 to 3.
+    /// All windows are the same: 1 (five tiles), 2 (3x3) or 3 (5x5).
     Fixed(u32),
 }
 
@@ -21,7 +22,7 @@ pub enum Centres {
     /// Coarse to fine: at each level where no model of the levels before covers well.
     #[default]
     Adaptive,
-    /// At every so many tiles of 4 pixels in x and y: 1 (dense), 2 or 4; and where these leave a hole.
+    /// At every so many tiles of 8 pixels in x and y: 1 (dense), 2 or 4; and where these leave a hole.
     Uniform(u32),
 }
 

@@ -12,7 +12,7 @@ use std::sync::{
 pub struct Statistics {
     /// The frame, counted from 0 since the denoiser was created or resized.
     pub frame: u32,
-    /// Linear models that were fitted, coarse to fine: at centres every 32, 16, 8 and 4 pixels.
+    /// Linear models that were fitted, coarse to fine: at centres every 32, 16 and 8 pixels.
     pub models_by_level: [u32; LEVELS],
 }
 

@@ -20,7 +20,7 @@ fn surface_features(s: Surface, position: vec3<f32>) -> array<f32, SURFACE_FEATU
         s.normal.x, s.normal.y, s.normal.z,
         position.x, position.y, position.z,
         s.inverse_albedo,
-        f32(pcg(s.id)) * (2.0 / 4294967296.0) - 1.0,
+        f32(s.id) * (2.0 / f32(IDS - 1u)) - 1.0,
         s.roughness,
     );
 }
@@ -53,12 +53,11 @@ fn square_entry(index: u32) -> vec2<u32> {
 }
 
 // A tile in memory: weight, pooled variance of one sample, the mean's variance as found by bootstrap, samples in the temporal
-// mean, then means of the columns. Its squares, about those means, are in two halves, because a 3840x2160 frame's would not
-// fit one binding.
+// mean, then means of the columns, then squares about those means.
 const TILE_WEIGHT = 0u;
 const TILE_VARIANCE = 1u;
 const TILE_FOUND = 2u;
 const TILE_EXPECTED = 3u;
 const TILE_MEAN = 4u;
-const TILE_STRIDE = TILE_MEAN + COLUMNS;
-const HALF_SQUARES = (SQUARES + 1u) / 2u;
+const TILE_SQUARES = TILE_MEAN + COLUMNS;
+const TILE_STRIDE = TILE_SQUARES + SQUARES;

@@ -20,16 +20,16 @@ struct Frame {
     far: f32,
     size: vec2<u32>,        // pixels
     tiles: vec2<u32>,       // of TILE x TILE pixels
-    regions: vec2<u32>,     // of REGION x REGION pixels
+    pad_0: vec2<u32>,
     motion_scale: vec2<f32>,
     max_history: f32,
     flags: u32,
     index: u32,             // frames since creation, for dithering and alternation
     debug_view: u32,
-    least_window: u32,      // radius in tiles of the smallest and the largest window that a model may choose
+    least_window: u32,      // the smallest and the largest window that a model may choose, in order of size from 1
     widest_window: u32,
-    firefly_limit: f32,     // standard errors of a region's mean that one sample may move it by
-    pad_0: f32,
+    firefly_limit: f32,     // standard errors of a neighbourhood's mean that one sample may move it by
+    pad_1: f32,
     levels: array<Level, LEVELS>,
 }
 
@@ -49,10 +49,10 @@ const FLAG_MOTION_DEPTH = 16u;  // motion.z holds the change of depth
 const FLAG_MIX = 32u;           // mix the prediction with the temporal mean
 const FLAG_RING_ERROR = 64u;    // windows by the ring error, not by Mallows' Cp
 const FLAG_INNOVATION = 128u;   // relight the history
+const FLAG_SHOW_MIX = 256u;     // a debug view shows the mix weight
 
-const LEVELS = 4u;
-const TILE = 4u;   // pixels; the unit of which windows are made
-const REGION = 8u; // pixels; the unit of which the windows of the innovation are made
+const LEVELS = 3u;
+const TILE = 8u; // pixels on a side; the unit of which windows are made
 
 fn has(frame: Frame, flag: u32) -> bool {
     return (frame.flags & flag) != 0u;

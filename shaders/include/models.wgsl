@@ -1,8 +1,7 @@
 // The sparse linear models: how they lie in memory, and the grid of their centres. A model belongs to the tile that is its
-// centre; a tile's entry in `windows` is the radius of its model's window in tiles, 0 for no model.
+// centre; a tile's entry in `windows` is its model's window, 1 to 3 (include/window), 0 for no model.
 
 const MODEL_OWN_FEATURES = 2u; // pixel position
-const OWN_FEATURES = MODEL_OWN_FEATURES;
 
 // A model in memory: weight, noise gain (found over expected variance of the temporal means), relative noise (variance of
 // one sample over the squared mean), trust (1 where the model fits, less where it does not), predicted squared error, means
@@ -16,16 +15,12 @@ const MODEL_MEAN = 5u;
 const MODEL_SLOPE = MODEL_MEAN + COLUMNS;
 const MODEL_STRIDE = MODEL_SLOPE + FEATURES * CHANNELS;
 
-const WIDEST_WINDOW = 3u; // tiles on each side of the centre
-
-// Half a window's width in pixels.
-fn window_reach(radius: u32) -> f32 {
-    return (f32(radius) + 0.5) * f32(TILE);
-}
+const WIDEST_REACH = 2u; // tiles on each side of the centre
+const WINDOW_REACHES = array(0.0, 12.0, 12.0, 20.0); // half a window's width in pixels
 
 // Weight of a model at `offset` pixels from the middle of its centre tile: falls to 0 at its window's border.
-fn tent(offset: vec2<f32>, radius: u32) -> f32 {
-    let sides = max(1.0 - abs(offset) / window_reach(radius), vec2(0.0));
+fn tent(offset: vec2<f32>, chosen: u32) -> f32 {
+    let sides = max(1.0 - abs(offset) / WINDOW_REACHES[chosen], vec2(0.0));
     return sides.x * sides.y;
 }
 
@@ -37,3 +32,41 @@ const LEVEL_COUNT = 3u;
 
 // Coverage of a tile is the sum of the tents of all models at its middle, in this unit.
 const COVERAGE_ONE = 256u;
+
+// What the models say of a pixel.
+struct Prediction {
+    signal: vec3<f32>,   // demodulated radiance
+    noise_gain: f32,     // found over expected variance of the temporal mean, 0..1
+    relative_noise: f32, // variance of one sample over its squared mean; < 0 where no model reaches
+}
+
+fn is_known(p: Prediction) -> bool {
+    return p.relative_noise >= 0.0;
+}
+
+const RELATIVE_NOISE_OCTAVES = vec2(-15.0, 26.0); // the least, and how many
+
+// In two words: the signal in half precision, the gain in 8 bits, the relative noise, logarithmic, in 8.
+fn pack_prediction(p: Prediction) -> vec2<u32> {
+    let octave = log2(max(p.relative_noise, 1e-30)) - RELATIVE_NOISE_OCTAVES.x;
+    let code = u32(clamp(octave / RELATIVE_NOISE_OCTAVES.y, 0.0, 1.0) * 254.0 + 1.5);
+    let noises = u32(saturate(p.noise_gain) * 255.0 + 0.5) | (select(0u, code, is_known(p)) << 8u);
+    return vec2(pack2x16float(p.signal.rg), (pack2x16float(vec2(p.signal.b, 0.0)) & 0xffffu) | (noises << 16u));
+}
+
+fn unpack_prediction(words: vec2<u32>) -> Prediction {
+    let noises = words.y >> 16u;
+    let octave = f32((noises >> 8u) - 1u) / 254.0 * RELATIVE_NOISE_OCTAVES.y + RELATIVE_NOISE_OCTAVES.x;
+    return Prediction(
+        vec3(unpack2x16float(words.x), unpack2x16float(words.y).x),
+        f32(noises & 255u) / 255.0,
+        select(-1.0, exp2(octave), noises >= 256u),
+    );
+}
+
+// Standard error of a temporal mean of `count` samples of which one varies by `variance`. With a prior sample, as noisy as the
+// models' windows are: few samples that all were dark are no certainty.
+fn standard_error(p: Prediction, variance: f32, count: f32) -> f32 {
+    let l = luminance(p.signal);
+    return sqrt((p.noise_gain * variance * count + p.relative_noise * l * l) / (count + 1.0) / count);
+}

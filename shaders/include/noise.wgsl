@@ -12,14 +12,41 @@ struct Noise {
     deviations: vec3<f32>, // of the temporal mean's luminance
 }
 
-fn unpack_noise(texel: vec4<f32>) -> Noise {
-    return Noise(texel.x * texel.x, texel.yzw);
+// In a word, from the lowest bits: three deviations, 7 each, in units of what the mean of `count` such samples should deviate
+// by; the standard deviation of one sample, logarithmic, 11. All are rounded at random, so that long recursions are right in
+// the mean.
+const DEVIATIONS_RANGE = 4.0; // of the mean's expected deviation
+const DEVIATION_OCTAVES = vec2(-24.0, 40.0); // the least, and how many
+
+fn unpack_noise(word: u32, count: f32) -> Noise {
+    let deviation = unpack_deviation(word >> 21u);
+    let codes = vec3<i32>(vec3(word & 127u, (word >> 7u) & 127u, (word >> 14u) & 127u)) - 63;
+    return Noise(deviation * deviation, vec3<f32>(codes) * deviation_unit(deviation, count));
 }
 
-// The standard deviation has the range that half precision needs.
-fn pack_noise(noise: Noise, pixel: vec2<u32>, seed: u32) -> vec4<f32> {
-    let deviations = dither_to_half(noise.deviations, pixel, seed);
-    return vec4(dither_to_half(vec3(sqrt(noise.variance)), pixel, seed + 0x9e3779b9u).x, deviations);
+fn pack_noise(noise: Noise, count: f32, pixel: vec2<u32>, seed: u32) -> u32 {
+    let random = pcg(pixel.x + pcg(pixel.y + pcg(seed)));
+    let code = pack_deviation(sqrt(noise.variance), random_unit(pcg(random)));
+    let unit = deviation_unit(unpack_deviation(code), count);
+    let dither = vec3<f32>(vec3(random, random >> 10u, random >> 20u) & vec3(1023u)) / 1024.0;
+    let codes = clamp(floor(noise.deviations / max(unit, 1e-30) + dither), vec3(-63.0), vec3(63.0));
+    let bits = vec3<u32>(vec3<i32>(select(vec3(0.0), codes, unit > 0.0)) + 63);
+    return bits.x | (bits.y << 7u) | (bits.z << 14u) | (code << 21u);
+}
+
+fn deviation_unit(deviation: f32, count: f32) -> f32 {
+    return select(0.0, DEVIATIONS_RANGE / 63.0 * deviation * inverseSqrt(max(count, 1e-6)), count > 0.0);
+}
+
+fn pack_deviation(deviation: f32, dither: f32) -> u32 {
+    let octave = log2(max(deviation, 1e-30)) - DEVIATION_OCTAVES.x;
+    let code = floor(octave / DEVIATION_OCTAVES.y * 2046.0 + dither) + 1.0;
+    return select(0u, u32(clamp(code, 1.0, 2047.0)), octave >= 0.0);
+}
+
+fn unpack_deviation(code: u32) -> f32 {
+    let octave = f32(code - 1u) / 2046.0 * DEVIATION_OCTAVES.y + DEVIATION_OCTAVES.x;
+    return select(0.0, exp2(octave), code > 0u);
 }
 
 // Variance of the temporal mean.

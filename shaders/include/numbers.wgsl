@@ -18,6 +18,11 @@ fn pcg(v: u32) -> u32 {
     return (word >> 22u) ^ word;
 }
 
+// Uniform in 0..1, from 24 of the bits.
+fn random_unit(random: u32) -> f32 {
+    return f32(random >> 8u) / 16777216.0;
+}
+
 // Rounds to half precision at random, up or down so that the mean is right. Rounding to nearest would swallow every step of a long temporal mean that is smaller than half a unit in the last place.
 fn dither_to_half(v: vec3<f32>, pixel: vec2<u32>, seed: u32) -> vec3<f32> {
     let random = pcg(pixel.x + pcg(pixel.y + pcg(seed)));

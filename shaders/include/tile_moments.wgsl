@@ -1,27 +1,15 @@
 // Weighted first and second moments of a tile's pixels, by a workgroup of 64: one pixel each.
 //
-// A pass says MOMENT_TILE (pixels on a side, 4 or 8), binds tile_means and both halves of the squares, and fills
-// `columns`, `weights` and `noises` of its lane; weight 0 leaves a pixel out.
+// A pass binds `moments` and fills `columns`, `weights` and `noises` of its lane; weight 0 leaves a pixel out.
 // Source: moments about each group's own mean, so that f32 holds: Chan, Golub and LeVeque, "Updating Formulae and a Pairwise
 // Algorithm for Computing Sample Variances", 1979
 
-const TILE_PIXELS = MOMENT_TILE * MOMENT_TILE;
-const GROUP_SIDE = 8u / MOMENT_TILE; // tiles
+const TILE_PIXELS = TILE * TILE;
 
-var<workgroup> columns: array<array<f32, COLUMNS>, 64>; // by tile, then pixel of the tile
-var<workgroup> weights: array<f32, 64>;
-var<workgroup> noises: array<vec3<f32>, 64>;            // for the tile's variance, found and expected
-var<workgroup> means: array<array<f32, TILE_STRIDE>, GROUP_SIDE * GROUP_SIDE>;
-
-fn lane_tile(group: vec2<u32>, lane: u32) -> vec2<u32> {
-    let local = lane / TILE_PIXELS;
-    return group * GROUP_SIDE + vec2(local % GROUP_SIDE, local / GROUP_SIDE);
-}
-
-fn lane_pixel(group: vec2<u32>, lane: u32) -> vec2<u32> {
-    let member = lane % TILE_PIXELS;
-    return lane_tile(group, lane) * MOMENT_TILE + vec2(member % MOMENT_TILE, member / MOMENT_TILE);
-}
+var<workgroup> columns: array<array<f32, COLUMNS>, TILE_PIXELS>;
+var<workgroup> weights: array<f32, TILE_PIXELS>;
+var<workgroup> noises: array<vec3<f32>, TILE_PIXELS>; // for the tile's variance, found and expected
+var<workgroup> tile_heads: array<f32, TILE_SQUARES>;
 
 fn leave_out(lane: u32) {
     weights[lane] = 0.0;
@@ -38,38 +26,36 @@ fn write_surface(pixel: vec2<u32>, surface: Surface, lane: u32) {
     }
 }
 
-// Call from uniform control flow, after each lane wrote its pixel; `tiles` cover the frame.
-fn sum_tiles(group: vec2<u32>, lane: u32, tiles: vec2<u32>) {
-    workgroupBarrier();
-    let local_tile = lane / TILE_PIXELS;
-    let member = lane % TILE_PIXELS;
-    let first = local_tile * TILE_PIXELS;
-    for (var entry = member; entry < TILE_STRIDE; entry += TILE_PIXELS) {
-        means[local_tile][entry] = mean_entry(entry, first);
+// Call from uniform control flow, after a barrier that follows each lane's writes.
+fn sum_tile(tile: vec2<u32>, lane: u32) {
+    if lane < TILE_SQUARES {
+        tile_heads[lane] = tile_head(lane);
     }
     workgroupBarrier();
-    let tile = lane_tile(group, lane);
-    if any(tile >= tiles) {
-        return;
+    // So that a square is a sum of plain products.
+    let root = sqrt(weights[lane]);
+    for (var i = 0u; i < COLUMNS; i++) {
+        columns[lane][i] = root * (columns[lane][i] - tile_heads[TILE_MEAN + i]);
     }
-    let index = tile.y * tiles.x + tile.x;
-    for (var entry = member; entry < TILE_STRIDE; entry += TILE_PIXELS) {
-        tile_means[index * TILE_STRIDE + entry] = means[local_tile][entry];
+    workgroupBarrier();
+    let start = (tile.y * frame.tiles.x + tile.x) * TILE_STRIDE;
+    if lane < TILE_SQUARES {
+        moments[start + lane] = tile_heads[lane];
     }
-    for (var entry = member; entry < SQUARES; entry += TILE_PIXELS) {
-        let value = square(entry, local_tile, first);
-        if entry < HALF_SQUARES {
-            tile_squares_low[index * HALF_SQUARES + entry] = value;
-        } else {
-            tile_squares_high[index * HALF_SQUARES + entry - HALF_SQUARES] = value;
+    for (var entry = lane; entry < SQUARES; entry += TILE_PIXELS) {
+        let ij = square_entry(entry);
+        var sum = 0.0;
+        for (var i = 0u; i < TILE_PIXELS; i++) {
+            sum += columns[i][ij.x] * columns[i][ij.y];
         }
+        moments[start + TILE_SQUARES + entry] = sum;
     }
 }
 
-fn mean_entry(entry: u32, first: u32) -> f32 {
+fn tile_head(entry: u32) -> f32 {
     var weight = 0.0;
     var sum = 0.0;
-    for (var i = first; i < first + TILE_PIXELS; i++) {
+    for (var i = 0u; i < TILE_PIXELS; i++) {
         weight += weights[i];
         sum += weights[i] * value_of(entry, i);
     }
@@ -84,15 +70,4 @@ fn value_of(entry: u32, i: u32) -> f32 {
         return columns[i][entry - TILE_MEAN];
     }
     return noises[i][max(entry, TILE_VARIANCE) - TILE_VARIANCE];
-}
-
-fn square(entry: u32, local_tile: u32, first: u32) -> f32 {
-    let ij = square_entry(entry);
-    let mean_i = means[local_tile][TILE_MEAN + ij.x];
-    let mean_j = means[local_tile][TILE_MEAN + ij.y];
-    var sum = 0.0;
-    for (var i = first; i < first + TILE_PIXELS; i++) {
-        sum += weights[i] * (columns[i][ij.x] - mean_i) * (columns[i][ij.y] - mean_j);
-    }
-    return sum;
 }

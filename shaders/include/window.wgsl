@@ -1,51 +1,34 @@
-// The tiles of a square window about a centre, ring by ring outwards, and their moments about one origin.
+// The tiles of a window about a centre, from the inside outwards, and their moments about one origin.
 //
-// A pass says WINDOW_TILES (9, 25 or 49: 3x3, 5x5, 7x7) and binds tile_means and both halves of the squares.
+// A pass binds `moments`. Windows are nested: a cross of five tiles, 3x3, 5x5.
 // Source: merging moments about different means: Chan, Golub and LeVeque 1979
 
-var<workgroup> window: array<array<f32, TILE_STRIDE>, WINDOW_TILES>; // weights already by variance
-var<workgroup> window_tiles: array<u32, WINDOW_TILES>;
-var<workgroup> window_factors: array<f32, WINDOW_TILES>;             // what their weights were multiplied by
+const WINDOW_TILES = array(0u, 5u, 9u, 25u); // by window, from 1; 0 is none
+const MOST_TILES = 25u;
+
+var<workgroup> window: array<array<f32, TILE_SQUARES>, MOST_TILES>; // weights already by variance
+var<workgroup> window_tiles: array<u32, MOST_TILES>;
+var<workgroup> window_factors: array<f32, MOST_TILES>;              // what their weights were multiplied by
 var<workgroup> origin: array<f32, COLUMNS>;
 
 // How much more a noiseless tile may count than the window's average one: a variance from few samples may be 0 by luck.
 const VARIANCE_FLOOR = 0.1;
 
-// Tiles within `radius` rings.
-fn window_count(radius: u32) -> u32 {
-    return (2u * radius + 1u) * (2u * radius + 1u);
-}
-
-// Where the i-th tile lies: the centre, then each ring clockwise from its upper left corner.
+// Where the i-th tile lies: the centre, its four neighbours, the four corners, the ring about them.
 fn window_offset(i: u32) -> vec2<i32> {
-    let radius = (u32(sqrt(f32(i) + 0.5)) + 1u) / 2u;
-    if radius == 0u {
+    if i == 0u {
         return vec2(0);
     }
-    let along = i - window_count(radius - 1u);
-    let r = i32(radius);
-    let step = i32(along % (2u * radius)) - r;
-    switch along / (2u * radius) {
-        case 0u: {
-            return vec2(step, -r);
-        }
-        case 1u: {
-            return vec2(r, step);
-        }
-        case 2u: {
-            return vec2(-step, r);
-        }
-        default: {
-            return vec2(-r, -step);
-        }
-    }
+    let side = select(select(vec2(2, i32(i - 9u) / 4 - 1), vec2(1, 1), i < 9u), vec2(1, 0), i < 5u);
+    let half_turned = select(side, -side, (i & 2u) != 0u);
+    return select(half_turned, vec2(-half_turned.y, half_turned.x), (i & 1u) != 0u);
 }
 
 // Call from uniform control flow. Tiles outside the frame stay, with weight 0, so that all windows have one shape. Returns the
 // weight before it is divided by variance; `origin` is then the mean of the innermost tiles that have any.
-fn load_window(centre: vec2<u32>, tiles: vec2<u32>, count: u32, lane: u32) -> f32 {
+fn load_window(centre: vec2<u32>, count: u32, lane: u32) -> f32 {
     if lane < count {
-        load_tile(vec2<i32>(centre) + window_offset(lane), tiles, lane);
+        load_tile(vec2<i32>(centre) + window_offset(lane), lane);
     }
     workgroupBarrier();
     let samples = window_sum(TILE_WEIGHT, 0u, count);
@@ -70,12 +53,12 @@ fn load_window(centre: vec2<u32>, tiles: vec2<u32>, count: u32, lane: u32) -> f3
     return samples;
 }
 
-fn load_tile(tile: vec2<i32>, tiles: vec2<u32>, slot: u32) {
-    let inside = all(tile >= vec2(0)) && all(tile < vec2<i32>(tiles));
-    let index = select(0u, u32(tile.y) * tiles.x + u32(tile.x), inside);
-    window_tiles[slot] = index;
-    for (var i = 0u; i < TILE_STRIDE; i++) {
-        window[slot][i] = select(0.0, tile_means[index * TILE_STRIDE + i], inside);
+fn load_tile(tile: vec2<i32>, slot: u32) {
+    let inside = all(tile >= vec2(0)) && all(tile < vec2<i32>(frame.tiles));
+    let start = select(0u, u32(tile.y) * frame.tiles.x + u32(tile.x), inside) * TILE_STRIDE;
+    window_tiles[slot] = start;
+    for (var i = 0u; i < TILE_SQUARES; i++) {
+        window[slot][i] = select(0.0, moments[start + i], inside);
     }
 }
 
@@ -108,15 +91,8 @@ fn window_square(entry: u32, begin: u32, end: u32) -> f32 {
         if window[t][TILE_WEIGHT] > 0.0 {
             let di = window[t][TILE_MEAN + ij.x] - origin[ij.x];
             let dj = window[t][TILE_MEAN + ij.y] - origin[ij.y];
-            sum += window_factors[t] * tile_square(window_tiles[t], entry) + window[t][TILE_WEIGHT] * di * dj;
+            sum += window_factors[t] * moments[window_tiles[t] + TILE_SQUARES + entry] + window[t][TILE_WEIGHT] * di * dj;
         }
     }
     return sum;
-}
-
-fn tile_square(tile: u32, entry: u32) -> f32 {
-    if entry < HALF_SQUARES {
-        return tile_squares_low[tile * HALF_SQUARES + entry];
-    }
-    return tile_squares_high[tile * HALF_SQUARES + entry - HALF_SQUARES];
 }

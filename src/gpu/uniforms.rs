@@ -1,6 +1,6 @@
 //! What every pass knows about the frame: the Rust side of `shaders/include/frame.wgsl`.
 
-use crate::layout::{COVERAGE_ONE, LEVEL_STRIDES, LEVELS, WIDEST_WINDOW};
+use crate::layout::{COVERAGE_ONE, LEVEL_STRIDES, LEVELS, WIDEST_WINDOW_PX};
 use crate::{Camera, Centres, Windows};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3};
@@ -16,6 +16,7 @@ pub mod flags {
     pub const MIX: u32 = 32;
     pub const RING_ERROR: u32 = 64;
     pub const INNOVATION: u32 = 128;
+    pub const SHOW_MIX: u32 = 256;
 }
 
 /// WGSL `View`.
@@ -79,7 +80,7 @@ pub struct FrameUniforms {
     pub far: f32,
     pub size: [u32; 2],
     pub tiles: [u32; 2],
-    pub regions: [u32; 2],
+    pub pad_0: [u32; 2],
     pub motion_scale: [f32; 2],
     pub max_history: f32,
     pub flags: u32,
@@ -88,22 +89,20 @@ pub struct FrameUniforms {
     pub least_window: u32,
     pub widest_window: u32,
     pub firefly_limit: f32,
-    pub pad_0: f32,
+    pub pad_1: f32,
     pub levels: [LevelUniforms; LEVELS],
 }
 
 impl FrameUniforms {
-    /// Sets how windows are chosen and centres placed.
+    /// Sets how windows are chosen and centres placed. Call after `size` is set.
     pub fn set_windows(&mut self, windows: Windows, centres: Centres) {
-        let stride = match centres {
-            Centres::Adaptive => 1,
-            Centres::Uniform(stride) => stride,
-        };
+        // A window wider than an eighth of the frame holds more than one linear model can tell.
+        let widest = if self.size[0].min(self.size[1]) >= 8 * WIDEST_WINDOW_PX { 3 } else { 2 };
         // The windows of uniform centres reach each other.
-        let least = stride.div_ceil(2);
+        let least = if centres == Centres::Uniform(4) { 3 } else { 1 };
         (self.least_window, self.widest_window) = match windows {
-            Windows::RingError | Windows::MallowsCp => (least, WIDEST_WINDOW),
-            Windows::Fixed(radius) => (radius.max(least), radius.max(least)),
+            Windows::RingError | Windows::MallowsCp => (least, widest.max(least)),
+            Windows::Fixed(size) => (size.max(least), size.max(least)),
         };
         self.levels = LEVEL_STRIDES.map(|level| match centres {
             // Where the tents of two coarser models meet half-way, they sum to one half.

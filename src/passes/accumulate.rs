@@ -9,13 +9,15 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
     source: include_str!("../../shaders/accumulate.wgsl"),
     bindings: &[
         ("frame", Kind::Frame),
-        ("signal", Kind::Texture),
+        ("signal", Kind::TextureUint),
         ("guide", Kind::TextureUint),
-        ("reprojected", Kind::Texture),
-        ("reprojected_noise", Kind::Texture),
+        ("sample_count", Kind::TextureUint),
+        ("reprojected", Kind::TextureUint),
+        ("reprojected_noise", Kind::TextureUint),
         ("innovations", Kind::Buffer),
         ("history", Kind::Storage(TextureFormat::Rgba16Float)),
-        ("noise", Kind::Storage(TextureFormat::Rgba16Float)),
+        ("noise", Kind::Storage(TextureFormat::R32Uint)),
+        ("moments", Kind::BufferMut),
     ],
     workgroup: [8, 8],
     covers: [8, 8],
@@ -27,11 +29,13 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
 pub struct AccumulateViews<'a> {
     pub signal: &'a TextureView,
     pub guide: &'a TextureView,
+    pub sample_count: &'a TextureView,
     pub reprojected: &'a TextureView,
     pub reprojected_noise: &'a TextureView,
     pub innovations: &'a Buffer,
     pub history: &'a TextureView,
     pub noise: &'a TextureView,
+    pub moments: &'a Buffer,
 }
 
 /// The pass.
@@ -49,11 +53,13 @@ impl Accumulate {
         let resources = [
             BindingResource::TextureView(views.signal),
             BindingResource::TextureView(views.guide),
+            BindingResource::TextureView(views.sample_count),
             BindingResource::TextureView(views.reprojected),
             BindingResource::TextureView(views.reprojected_noise),
             views.innovations.as_entire_binding(),
             BindingResource::TextureView(views.history),
             BindingResource::TextureView(views.noise),
+            views.moments.as_entire_binding(),
         ];
         self.0.record(recorder, &resources, extent);
     }

@@ -13,9 +13,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
     bindings: &[
         ("frame", Kind::Frame),
         ("level", Kind::Uniform),
-        ("tile_means", Kind::Buffer),
-        ("tile_squares_low", Kind::Buffer),
-        ("tile_squares_high", Kind::Buffer),
+        ("moments", Kind::Buffer),
         ("centre_list", Kind::Buffer),
         ("levels", Kind::Buffer),
         ("models", Kind::BufferMut),
@@ -30,9 +28,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
 #[derive(Debug, Clone, Copy)]
 #[expect(missing_docs, reason = "documented once, at the head of the WGSL")]
 pub struct FitViews<'a> {
-    pub tile_means: &'a Buffer,
-    pub tile_squares_low: &'a Buffer,
-    pub tile_squares_high: &'a Buffer,
+    pub moments: &'a Buffer,
     pub centre_list: &'a Buffer,
     pub levels: &'a Buffer,
     pub models: &'a Buffer,
@@ -77,9 +73,7 @@ impl Fit {
             ];
             let fit = [
                 number.as_entire_binding(),
-                views.tile_means.as_entire_binding(),
-                views.tile_squares_low.as_entire_binding(),
-                views.tile_squares_high.as_entire_binding(),
+                views.moments.as_entire_binding(),
                 views.centre_list.as_entire_binding(),
                 views.levels.as_entire_binding(),
                 views.models.as_entire_binding(),

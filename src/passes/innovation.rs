@@ -7,13 +7,7 @@ use wgpu::Buffer;
 pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
     name: "innovation",
     source: include_str!("../../shaders/innovation.wgsl"),
-    bindings: &[
-        ("frame", Kind::Frame),
-        ("tile_means", Kind::Buffer),
-        ("tile_squares_low", Kind::Buffer),
-        ("tile_squares_high", Kind::Buffer),
-        ("innovations", Kind::BufferMut),
-    ],
+    bindings: &[("frame", Kind::Frame), ("moments", Kind::Buffer), ("innovations", Kind::BufferMut)],
     workgroup: [64, 1],
     covers: [1, 1],
 };
@@ -22,9 +16,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
 #[derive(Debug, Clone, Copy)]
 #[expect(missing_docs, reason = "documented once, at the head of the WGSL")]
 pub struct InnovationViews<'a> {
-    pub tile_means: &'a Buffer,
-    pub tile_squares_low: &'a Buffer,
-    pub tile_squares_high: &'a Buffer,
+    pub moments: &'a Buffer,
     pub innovations: &'a Buffer,
 }
 
@@ -40,12 +32,7 @@ impl Innovation {
 
     /// Records the pass over `extent` regions.
     pub fn record(&self, recorder: &mut Recorder<'_>, views: &InnovationViews<'_>, extent: [u32; 2]) {
-        let resources = [
-            views.tile_means.as_entire_binding(),
-            views.tile_squares_low.as_entire_binding(),
-            views.tile_squares_high.as_entire_binding(),
-            views.innovations.as_entire_binding(),
-        ];
+        let resources = [views.moments.as_entire_binding(), views.innovations.as_entire_binding()];
         self.0.record(recorder, &resources, extent);
     }
 }

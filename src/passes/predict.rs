@@ -10,11 +10,9 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
     bindings: &[
         ("frame", Kind::Frame),
         ("guide", Kind::TextureUint),
-        ("history", Kind::Texture),
-        ("noise", Kind::Texture),
         ("models", Kind::Buffer),
         ("windows", Kind::Buffer),
-        ("prediction", Kind::Storage(TextureFormat::Rgba16Float)),
+        ("prediction", Kind::Storage(TextureFormat::Rg32Uint)),
     ],
     workgroup: [8, 8],
     covers: [8, 8],
@@ -25,8 +23,6 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
 #[expect(missing_docs, reason = "documented once, at the head of the WGSL")]
 pub struct PredictViews<'a> {
     pub guide: &'a TextureView,
-    pub history: &'a TextureView,
-    pub noise: &'a TextureView,
     pub models: &'a Buffer,
     pub windows: &'a Buffer,
     pub prediction: &'a TextureView,
@@ -46,8 +42,6 @@ impl Predict {
     pub fn record(&self, recorder: &mut Recorder<'_>, views: &PredictViews<'_>, extent: [u32; 2]) {
         let resources = [
             BindingResource::TextureView(views.guide),
-            BindingResource::TextureView(views.history),
-            BindingResource::TextureView(views.noise),
             views.models.as_entire_binding(),
             views.windows.as_entire_binding(),
             BindingResource::TextureView(views.prediction),

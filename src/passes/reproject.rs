@@ -1,7 +1,7 @@
 //! Fetches each pixel's history. See `shaders/reproject.wgsl`.
 
 use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder};
-use wgpu::{BindingResource, TextureFormat, TextureView};
+use wgpu::{BindingResource, Buffer, TextureFormat, TextureView};
 
 /// What the pass is made of.
 pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
@@ -9,13 +9,22 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
     source: include_str!("../../shaders/reproject.wgsl"),
     bindings: &[
         ("frame", Kind::Frame),
-        ("guide", Kind::TextureUint),
+        ("radiance", Kind::Texture),
+        ("albedo", Kind::Texture),
+        ("normal_roughness", Kind::Texture),
+        ("depth", Kind::Texture),
         ("motion", Kind::Texture),
+        ("surface_id", Kind::TextureUint),
+        ("emission", Kind::Texture),
+        ("sample_count", Kind::TextureUint),
         ("previous_guide", Kind::TextureUint),
-        ("previous_history", Kind::Texture),
-        ("previous_noise", Kind::Texture),
-        ("reprojected", Kind::Storage(TextureFormat::Rgba16Float)),
-        ("reprojected_noise", Kind::Storage(TextureFormat::Rgba16Float)),
+        ("history", Kind::Texture),
+        ("noise", Kind::TextureUint),
+        ("guide", Kind::Storage(TextureFormat::Rg32Uint)),
+        ("signal", Kind::Storage(TextureFormat::R32Uint)),
+        ("reprojected", Kind::Storage(TextureFormat::Rg32Uint)),
+        ("reprojected_noise", Kind::Storage(TextureFormat::R32Uint)),
+        ("moments", Kind::BufferMut),
     ],
     workgroup: [8, 8],
     covers: [8, 8],
@@ -25,13 +34,22 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
 #[derive(Debug, Clone, Copy)]
 #[expect(missing_docs, reason = "documented once, at the head of the WGSL")]
 pub struct ReprojectViews<'a> {
-    pub guide: &'a TextureView,
+    pub radiance: &'a TextureView,
+    pub albedo: &'a TextureView,
+    pub normal_roughness: &'a TextureView,
+    pub depth: &'a TextureView,
     pub motion: &'a TextureView,
+    pub surface_id: &'a TextureView,
+    pub emission: &'a TextureView,
+    pub sample_count: &'a TextureView,
     pub previous_guide: &'a TextureView,
-    pub previous_history: &'a TextureView,
-    pub previous_noise: &'a TextureView,
+    pub history: &'a TextureView,
+    pub noise: &'a TextureView,
+    pub guide: &'a TextureView,
+    pub signal: &'a TextureView,
     pub reprojected: &'a TextureView,
     pub reprojected_noise: &'a TextureView,
+    pub moments: &'a Buffer,
 }
 
 /// The pass.
@@ -47,13 +65,22 @@ impl Reproject {
     /// Records the pass over `extent` pixels.
     pub fn record(&self, recorder: &mut Recorder<'_>, views: &ReprojectViews<'_>, extent: [u32; 2]) {
         let resources = [
-            BindingResource::TextureView(views.guide),
+            BindingResource::TextureView(views.radiance),
+            BindingResource::TextureView(views.albedo),
+            BindingResource::TextureView(views.normal_roughness),
+            BindingResource::TextureView(views.depth),
             BindingResource::TextureView(views.motion),
+            BindingResource::TextureView(views.surface_id),
+            BindingResource::TextureView(views.emission),
+            BindingResource::TextureView(views.sample_count),
             BindingResource::TextureView(views.previous_guide),
-            BindingResource::TextureView(views.previous_history),
-            BindingResource::TextureView(views.previous_noise),
+            BindingResource::TextureView(views.history),
+            BindingResource::TextureView(views.noise),
+            BindingResource::TextureView(views.guide),
+            BindingResource::TextureView(views.signal),
             BindingResource::TextureView(views.reprojected),
             BindingResource::TextureView(views.reprojected_noise),
+            views.moments.as_entire_binding(),
         ];
         self.0.record(recorder, &resources, extent);
     }
