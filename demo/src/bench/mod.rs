@@ -37,7 +37,7 @@ pub struct BenchOptions {
     pub start_s: f32,
     /// Each once.
     pub methods: Vec<Method>,
-    /// What ratios are to; see [`baseline`].
+    /// What ratios are to; by default SVGF where it is timed, otherwise the first but quell.
     pub baseline: Option<Method>,
     /// Folder for the results, created where needed.
     pub out: PathBuf,

@@ -311,4 +311,38 @@ mod tests {
         assert_eq!(report.samples.started_ms, [0.0, 1.0, 2.0]);
         assert_eq!(method("peer", &[1.0]).models, None);
     }
+
+    #[test]
+    fn tables_have_a_column_per_size_and_a_row_per_part() {
+        let size = |width, ms: f64| {
+            SizeReport::new([width, 1000], "peer", vec![method("quell", &[ms]), method("peer", &[2.0 * ms])])
+        };
+        let report = BenchReport {
+            machine: Machine::of(&crate::gpu::Gpu::new().expect("tests need a Vulkan driver")),
+            clock: Clock::GpuTimestamps,
+            note: None,
+            scene: "test".to_owned(),
+            start_s: 0.0,
+            spp: 1,
+            warm_up: 1,
+            frames: 1,
+            baseline: "peer",
+            sizes: vec![size(1000, 4.0), size(2000, 8.0)],
+            skipped: vec![SkippedSize { width: 9, height: 9, reason: "odd".to_owned() }],
+        };
+        let cells =
+            |line: &str| line.trim_matches('|').split('|').map(str::trim).collect::<Vec<_>>().join(" ");
+        let text: Vec<_> = report.text().lines().map(cells).collect();
+        for line in [
+            "2000x1000 quell 8.000 8.000 8.000 0.50 0.500 3.50 3.5 100",
+            "2000x1000 peer 16.000 16.000 16.000 1.00 0.500 3.50 3.5 -",
+            "method pass 1000x1000 median p95 2000x1000 median p95",
+            "quell second 2.000 2.000 4.000 4.000",
+            "peer history 3.00 3.00",
+            "peer total 3.50 3.50",
+            "- skipped: 9x9: odd",
+        ] {
+            assert!(text.iter().any(|found| found == line), "`{line}` is not in {text:#?}");
+        }
+    }
 }
