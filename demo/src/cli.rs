@@ -1,5 +1,6 @@
 //! The command line.
 
+use crate::bench::{BenchArgs, bench};
 use crate::gpu::Gpu;
 use crate::method::Method;
 use crate::record::{RecordOptions, record};
@@ -44,6 +45,10 @@ pub enum Command {
     ///
     /// Writes `study.html`, which needs no other file, its numbers as `study.json`, and its pictures.
     Study(StudyArgs),
+    /// Time every method, frame by frame in turns, and list its memory
+    ///
+    /// Writes `bench.json` and the tables as `bench.md`.
+    Bench(BenchArgs),
 }
 
 /// What the window shows.
@@ -202,6 +207,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Record(args)) => run_record(&args),
         Some(Command::Replay(args)) => run_replay(args),
         Some(Command::Study(args)) => run_study(args),
+        Some(Command::Bench(args)) => run_bench(args),
     }
 }
 
@@ -288,6 +294,12 @@ fn run_study(args: StudyArgs) -> Result<()> {
     say(&format!("{}wrote {}\n", report.summary(), page.display()))
 }
 
+fn run_bench(args: BenchArgs) -> Result<()> {
+    let options = args.options();
+    let report = bench(&Gpu::new()?, &options)?;
+    say(&format!("{}wrote {}\n", report.text(), options.out.display()))
+}
+
 /// Not `print!`, which panics when the reader of a pipe has gone.
 fn say(text: &str) -> Result<()> {
     match std::io::stdout().write_all(text.as_bytes()) {
@@ -296,7 +308,7 @@ fn say(text: &str) -> Result<()> {
     }
 }
 
-fn size(text: &str) -> Result<[u32; 2], String> {
+pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
     let parse = |side: &str| side.parse::<u32>().ok().filter(|side| (1..=8192).contains(side));
     let sides = text.split_once('x').and_then(|(width, height)| Some([parse(width)?, parse(height)?]));
     sides.ok_or_else(|| "expected WIDTHxHEIGHT with sides of 1 to 8192 pixels, e.g. 640x360".to_owned())
@@ -318,7 +330,7 @@ fn rect(text: &str) -> Result<Rect, String> {
     Ok(Rect { x, y, width, height })
 }
 
-fn finite(text: &str) -> Result<f32, String> {
+pub(crate) fn finite(text: &str) -> Result<f32, String> {
     let number = text.parse::<f32>().ok().filter(|number| number.is_finite());
     number.ok_or_else(|| "expected a finite number".to_owned())
 }

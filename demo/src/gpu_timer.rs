@@ -12,6 +12,13 @@ const PENDING: u8 = 0;
 const MAPPED: u8 = 1;
 const FAILED: u8 = 2;
 
+/// Whether the device has timestamps that measure compute passes. On a CPU adapter (Mesa's) they do not wait for them: they
+/// would be wrong, not just late.
+pub fn has_true_timestamps(device: &wgpu::Device) -> bool {
+    let on_cpu = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+    device.features().contains(wgpu::Features::TIMESTAMP_QUERY) && !on_cpu
+}
+
 /// Measures labelled passes of a frame.
 ///
 /// Per frame: [`reserve`](Self::reserve) for the passes, [`resolve`](Self::resolve) as the last command,
@@ -45,10 +52,8 @@ struct Slot {
 impl GpuTimer {
     /// A timer for at most `capacity` passes a frame.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, capacity: u32) -> Self {
-        // On a CPU adapter (Mesa's) timestamps do not wait for compute passes: they would be wrong, not just late.
-        let on_cpu = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
-        let measures = device.features().contains(wgpu::Features::TIMESTAMP_QUERY) && !on_cpu;
-        Self::with_slots(device, queue, capacity, if measures { SLOTS } else { 0 })
+        let count = if has_true_timestamps(device) { SLOTS } else { 0 };
+        Self::with_slots(device, queue, capacity, count)
     }
 
     fn with_slots(device: &wgpu::Device, queue: &wgpu::Queue, capacity: u32, count: usize) -> Self {

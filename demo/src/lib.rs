@@ -1,5 +1,6 @@
 //! The walkthrough demo of quell: scenes, a path tracer, captures, a window.
 
+pub mod bench;
 pub mod capture;
 pub mod cli;
 pub mod contact_sheet;

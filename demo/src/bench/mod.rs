@@ -1,0 +1,244 @@
+//! How long each method takes and how much memory, all in one run.
+
+mod args;
+mod machine;
+mod percentiles;
+mod report;
+mod stopwatch;
+mod table;
+
+pub use args::BenchArgs;
+pub use report::BenchReport;
+
+use crate::gpu::Gpu;
+use crate::method::{Method, MethodFrame, MethodRunner};
+use crate::render::progress_bar;
+use crate::report::write_json;
+use crate::walk::{Walk, WalkOptions};
+use anyhow::{Context, Result, bail};
+use machine::Machine;
+use quell::Settings;
+use report::{MethodRecorder, SizeReport, SkippedSize};
+use std::path::PathBuf;
+use std::time::Instant;
+use stopwatch::{Clock, Stopwatch};
+
+/// What to time, and where the results go.
+#[derive(Debug, Clone)]
+pub struct BenchOptions {
+    /// A glTF file; the built-in gallery without.
+    pub scene: Option<PathBuf>,
+    /// Width and height of each; empty for those that suit the adapter.
+    pub sizes: Vec<[u32; 2]>,
+    /// Frames that are timed, and those before them; at least 1 each.
+    pub frames: u32,
+    pub warm_up: u32,
+    /// Scene time of the first frame, seconds.
+    pub start_s: f32,
+    /// Each once.
+    pub methods: Vec<Method>,
+    /// What ratios are to; by default SVGF where it is timed, otherwise the first but quell.
+    pub baseline: Option<Method>,
+    /// Folder for the results, created where needed.
+    pub out: PathBuf,
+}
+
+const GPU_SIZES: [[u32; 2]; 3] = [[1280, 720], [1920, 1080], [2560, 1440]];
+const CPU_SIZES: [[u32; 2]; 1] = [[320, 180]];
+/// Frames per second of the walk's time.
+const FPS: f32 = 30.0;
+const SPP: u32 = 1;
+
+const ON_CPU: &str = "timestamps of a CPU adapter do not wait for compute passes, so frames are timed by the wall clock and \
+                      passes are not timed; times on a CPU say nothing about a GPU";
+const NO_TIMESTAMPS: &str =
+    "the adapter has no timestamps, so frames are timed by the wall clock and passes are not timed";
+
+/// Times all methods at all sizes. Leaves `bench.json` and `bench.md` in `out`.
+pub fn bench(gpu: &Gpu, options: &BenchOptions) -> Result<BenchReport> {
+    let baseline = baseline(&options.methods, options.baseline)?;
+    let out = &options.out;
+    std::fs::create_dir_all(out).with_context(|| format!("{}: cannot create the folder", out.display()))?;
+    let on_cpu = gpu.device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+    let default_sizes = if on_cpu { &CPU_SIZES[..] } else { &GPU_SIZES };
+    let wanted = if options.sizes.is_empty() { default_sizes } else { &options.sizes };
+
+    let clock = Stopwatch::new(gpu, 1).clock();
+    let mut scene = String::new();
+    let (mut sizes, mut skipped) = (Vec::new(), Vec::new());
+    for &[width, height] in wanted {
+        match set_up(gpu, options, [width, height]) {
+            Ok((walk, runners)) => {
+                scene = walk.scene_name().to_owned();
+                let report = time_size(gpu, options, &walk, runners, baseline)
+                    .with_context(|| format!("{width}x{height}"))?;
+                sizes.push(report);
+            }
+            Err(error) => skipped.push(SkippedSize { width, height, reason: format!("{error:#}") }),
+        }
+    }
+    if let ([], [SkippedSize { width, height, reason }, ..]) = (&sizes[..], &skipped[..]) {
+        bail!("no size can be timed; {width}x{height}: {reason}");
+    }
+
+    let report = BenchReport {
+        machine: Machine::of(gpu),
+        clock,
+        note: match clock {
+            Clock::GpuTimestamps => None,
+            Clock::Wall => Some(if on_cpu { ON_CPU } else { NO_TIMESTAMPS }),
+        },
+        scene,
+        start_s: options.start_s,
+        spp: SPP,
+        warm_up: options.warm_up,
+        frames: options.frames,
+        baseline: baseline.name(),
+        sizes,
+        skipped,
+    };
+    write_json(&report, &out.join("bench.json"))?;
+    let path = out.join("bench.md");
+    std::fs::write(&path, report.text()).with_context(|| format!("{}: cannot write", path.display()))?;
+    Ok(report)
+}
+
+/// The `wanted` one of `methods`; by default SVGF, which the literature compares with, or else the first peer.
+fn baseline(methods: &[Method], wanted: Option<Method>) -> Result<Method> {
+    let find = |is: &dyn Fn(Method) -> bool| methods.iter().copied().find(|&method| is(method));
+    let found = match wanted {
+        Some(wanted) => find(&|method| method == wanted),
+        None => find(&|method| method.name() == "svgf")
+            .or_else(|| find(&|method| method != Method::Quell))
+            .or_else(|| methods.first().copied()),
+    };
+    let Some(found) = found else {
+        let timed: Vec<_> = methods.iter().map(|method| method.name()).collect();
+        let wanted = wanted.map_or("any", Method::name);
+        bail!("baseline {wanted}: not among the methods to time, which are {}", timed.join(", "));
+    };
+    Ok(found)
+}
+
+/// A walk and all methods at a size, or why there are none.
+fn set_up(gpu: &Gpu, options: &BenchOptions, [width, height]: [u32; 2]) -> Result<(Walk, Vec<MethodRunner>)> {
+    // Not every method checks limits itself; without scopes, wgpu would end the program.
+    let filters = [wgpu::ErrorFilter::OutOfMemory, wgpu::ErrorFilter::Validation];
+    let scopes = filters.map(|filter| gpu.device.push_error_scope(filter));
+    let create = || {
+        let runner =
+            |&method: &Method| MethodRunner::new(gpu, method, width, height).with_context(|| method.name());
+        let runners = options.methods.iter().map(runner).collect::<Result<Vec<_>>>()?;
+        let walk = Walk::new(
+            gpu,
+            WalkOptions {
+                scene: options.scene.clone(),
+                width,
+                height,
+                frames: options.warm_up + options.frames,
+                fps: FPS,
+                start_s: options.start_s,
+                spp: SPP,
+                seed: 0,
+            },
+        )?;
+        Ok((walk, runners))
+    };
+    let created = create();
+    // A stack: the last is popped first.
+    let errors = scopes.into_iter().rev().map(|scope| pollster::block_on(scope.pop()));
+    let error = errors.fold(None, |first, error| first.or(error));
+    match error {
+        Some(error) if created.is_ok() => Err(error.into()),
+        _ => created,
+    }
+}
+
+/// Times all methods on the same frames. They take turns, so that a drift of the machine's speed hits all alike.
+fn time_size(
+    gpu: &Gpu,
+    options: &BenchOptions,
+    walk: &Walk,
+    mut runners: Vec<MethodRunner>,
+    baseline: Method,
+) -> Result<SizeReport> {
+    let most_passes = runners.iter().map(|runner| runner.passes().len()).max().unwrap_or_default();
+    let stopwatch = Stopwatch::new(gpu, most_passes);
+    let settings = Settings::default();
+    let mut recorders: Vec<_> = runners.iter().map(|_| MethodRecorder::default()).collect();
+    let frames = options.warm_up + options.frames;
+    let progress = progress_bar(frames.into(), "timing");
+    let start = Instant::now();
+    for i in 0..frames {
+        // Traced anew every frame, since inputs of many frames would not fit into memory, and waited for, so that the
+        // tracer is done before a method begins.
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        walk.trace(gpu, &mut encoder, i);
+        gpu.queue.submit([encoder.finish()]);
+        gpu.device.poll(wgpu::PollType::wait_indefinitely()).context("waiting for the path tracer")?;
+
+        let frame = MethodFrame::new(walk.gbuffer(), walk.view(i).camera, i == 0, &settings);
+        for turn in 0..runners.len() {
+            // Another one begins with every frame: whoever follows the tracer may find other caches and clocks.
+            let which = (turn + i as usize) % runners.len();
+            let runner = &mut runners[which];
+            let started_ms = start.elapsed().as_nanos() as f64 / 1e6;
+            let time = stopwatch
+                .measure(gpu, runner, &frame)
+                .with_context(|| format!("{}, frame {i}", runner.method().name()))?;
+            if i >= options.warm_up {
+                recorders[which].add(started_ms, time, runner.models());
+            }
+        }
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+
+    let (width, height) = (walk.gbuffer().width, walk.gbuffer().height);
+    let pixels = f64::from(width) * f64::from(height);
+    let finish = |(recorder, runner): (MethodRecorder, &MethodRunner)| {
+        recorder.finish(runner.method().name(), runner.passes(), &runner.memory(), pixels)
+    };
+    let methods = recorders.into_iter().zip(&runners).map(finish).collect();
+    Ok(SizeReport::new([width, height], baseline.name(), methods))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_baseline_is_one_of_the_methods() {
+        let all = [Method::Quell, Method::Accumulate];
+        assert_eq!(baseline(&all, None).unwrap(), Method::Accumulate, "quell is compared, not the measure");
+        assert_eq!(baseline(&all, Some(Method::Quell)).unwrap(), Method::Quell);
+        assert_eq!(baseline(&[Method::Quell], None).unwrap(), Method::Quell);
+        let message = baseline(&all, Some(Method::None)).unwrap_err().to_string();
+        assert!(message.contains("none") && message.contains("quell, accumulate"), "{message}");
+    }
+
+    #[test]
+    fn a_size_beyond_the_device_is_an_error_and_no_panic() {
+        let gpu = Gpu::new().expect("tests need a Vulkan driver");
+        let beyond = gpu.device.limits().max_texture_dimension_2d + 1;
+        let set_up = |method, size| {
+            let options = BenchOptions {
+                scene: None,
+                sizes: Vec::new(),
+                frames: 1,
+                warm_up: 1,
+                start_s: 0.0,
+                methods: vec![method],
+                baseline: None,
+                out: PathBuf::new(),
+            };
+            super::set_up(&gpu, &options, size)
+        };
+        // Quell checks limits itself; accumulation leaves it to others.
+        for method in [Method::Quell, Method::Accumulate] {
+            let error = set_up(method, [beyond, 4]).unwrap_err();
+            assert!(format!("{error:#}").contains(&beyond.to_string()), "{method:?}: {error:#}");
+            assert!(set_up(method, [8, 4]).is_ok());
+        }
+    }
+}
