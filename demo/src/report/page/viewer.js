@@ -12,8 +12,8 @@ function viewer(section) {
   const chosen = (name) => section.querySelector(`input[name="${section.id}-${name}"]:checked`).value;
 
   function show() {
-    const frame = section.querySelector(`.frame[data-frame="${chosen("frame")}"]`);
-    for (const other of section.querySelectorAll(".frame")) other.hidden = other !== frame;
+    const frame = section.querySelector(`.moment[data-frame="${chosen("frame")}"]`);
+    for (const other of section.querySelectorAll(".moment")) other.hidden = other !== frame;
     for (const side of ["left", "right"]) {
       const image = frame.querySelector(`img[data-image="${chosen(side)}"]`);
       stage.querySelector(`img.${side}`).src = image.src;
