@@ -122,15 +122,13 @@ mod tests {
 
     #[test]
     fn crops_hold_the_worst_parts_and_do_not_overlap() {
-        let (width, height) = (320, 180);
+        let (width, height) = (320_u32, 180_u32);
         let spots = [(40, 30), (200, 100), (300, 20)];
-        let errors: Vec<f32> = (0..width * height)
-            .map(|i| {
-                let near =
-                    |&&(x, y): &&(u32, u32)| (i % width).abs_diff(x) < 6 && (i / width).abs_diff(y) < 6;
-                spots.iter().position(|spot| near(&spot)).map_or(0.0, |spot| 1.0 - 0.1 * spot as f32)
-            })
-            .collect();
+        let error = |i: u32| {
+            let is_near = |&(x, y): &(u32, u32)| (i % width).abs_diff(x) < 6 && (i / width).abs_diff(y) < 6;
+            spots.iter().position(is_near).map_or(0.0, |spot| 1.0 - 0.1 * spot as f32)
+        };
+        let errors: Vec<f32> = (0..width * height).map(error).collect();
         let found = crops(&errors, [width, height]);
         assert_eq!(found.len(), 3);
         for (crop, (x, y)) in found.iter().zip(spots) {

@@ -32,9 +32,9 @@ pub fn light_switches(scene: &Scene, times_s: &[f32]) -> Vec<Event> {
     events
 }
 
-/// Frames about the first events, and the last one: which of the `measured` frames (ascending) are worth to look at, and what
-/// each is.
-pub fn telling_frames(measured: &[u32], events: &[Event]) -> Vec<(u32, String)> {
+/// Which of the `measured` frames (ascending) are worth to look at, and what each is: those about the first events, or the
+/// `hardest` where there are none, and the last.
+pub fn telling_frames(measured: &[u32], events: &[Event], hardest: Option<u32>) -> Vec<(u32, String)> {
     /// More would make the page large.
     const EVENTS: usize = 2;
     let mut chosen: Vec<(u32, String)> = Vec::new();
@@ -54,6 +54,9 @@ pub fn telling_frames(measured: &[u32], events: &[Event]) -> Vec<(u32, String)> 
         _ => "last".to_owned(),
     };
     add(measured.last(), label);
+    if events.is_empty() {
+        add(hardest.as_ref(), "the hardest".to_owned());
+    }
     chosen.sort_unstable();
     chosen
 }
@@ -90,7 +93,7 @@ mod tests {
     fn frames_about_an_event_are_told() {
         let off = Event { frame: 7, label: "lamp off".to_owned() };
         let found = |measured: &[u32], events: &[Event]| -> Vec<String> {
-            let frames = telling_frames(measured, events).into_iter();
+            let frames = telling_frames(measured, events, Some(2)).into_iter();
             frames.map(|(frame, label)| format!("{frame}: {label}")).collect()
         };
         let all = ["6: before lamp off", "7: lamp off", "11: 4 frames after lamp off"];
@@ -100,7 +103,8 @@ mod tests {
             ["2: before lamp off", "8: 1 frame after lamp off"]
         );
         assert_eq!(found(&[2, 3], &[off]), ["3: before lamp off"]);
-        assert_eq!(found(&[2, 3], &[]), ["3: last"]);
-        assert!(found(&[], &[]).is_empty());
+        assert_eq!(found(&[2, 3], &[]), ["2: the hardest", "3: last"]);
+        assert_eq!(found(&[1, 2], &[]), ["2: last"]);
+        assert!(telling_frames(&[], &[], None).is_empty());
     }
 }

@@ -90,7 +90,9 @@ pub fn measure(
         let numbers = MethodNumbers { method: name, quality: report.mean, ms, memory_mb };
         reports.push(MethodReport { numbers, frames: report.frames });
     }
-    let (shown, pictures) = pictures(kept, stretch, methods);
+    let measured: Vec<u32> = kept.iter().map(|kept| kept.frame).collect();
+    let telling = telling_frames(&measured, &stretch.events, hardest(&measured, &reports));
+    let (shown, pictures) = pictures(kept, &telling, stretch.size, methods);
     let report = StretchReport {
         name: stretch.name.clone(),
         source: stretch.source.clone(),
@@ -104,16 +106,29 @@ pub fn measure(
     Ok(Measured { report, pictures, clock: clock.description() })
 }
 
-/// The frames that are shown, with their error maps.
-fn pictures(kept: Vec<Kept>, stretch: &Stretch, methods: &[Method]) -> (Vec<ShownFrame>, Vec<Pictures>) {
+/// The measured frame of the lowest PSNR, in the denoisers' mean.
+fn hardest(measured: &[u32], reports: &[MethodReport]) -> Option<u32> {
+    let psnr_sum = |i: usize| -> f64 {
+        let denoisers = reports.iter().filter(|report| is_denoiser(report.numbers.method));
+        denoisers.filter_map(|report| report.frames.get(i)).map(|frame| frame.metrics.psnr_db).sum()
+    };
+    let sums = measured.iter().enumerate().map(|(i, &frame)| (frame, psnr_sum(i)));
+    sums.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(frame, _)| frame)
+}
+
+/// The `telling` frames with their error maps.
+fn pictures(
+    kept: Vec<Kept>,
+    telling: &[(u32, String)],
+    size: [u32; 2],
+    methods: &[Method],
+) -> (Vec<ShownFrame>, Vec<Pictures>) {
     let denoisers: Vec<bool> = methods.iter().map(|method| is_denoiser(method.name())).collect();
-    let measured: Vec<u32> = kept.iter().map(|kept| kept.frame).collect();
-    let telling = telling_frames(&measured, &stretch.events);
     let shown = kept.into_iter().filter_map(|kept| {
         let (frame, label) = telling.iter().find(|(frame, _)| *frame == kept.frame)?.clone();
         let Kept { methods, reference, .. } = kept;
-        let errors = ErrorMaps::new(&methods, &reference, stretch.size, &denoisers);
-        let crops = crops(&errors.mean(&denoisers), stretch.size);
+        let errors = ErrorMaps::new(&methods, &reference, size, &denoisers);
+        let crops = crops(&errors.mean(&denoisers), size);
         Some((ShownFrame { frame, label, crops }, Pictures { methods, reference, errors }))
     });
     shown.unzip()

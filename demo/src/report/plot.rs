@@ -1,6 +1,7 @@
 //! Errors over frames, one line per method.
 
-use super::numbers::{StretchReport, is_denoiser, label};
+use super::events::Event;
+use super::numbers::{MethodReport, StretchReport, is_denoiser, label};
 use crate::plot::{Area, axis_title, start, x_axis, y_axis};
 use crate::quality::FrameReport;
 use std::fmt::Write;
@@ -56,7 +57,7 @@ impl Scale {
 }
 
 /// A number for each of the denoisers of a stretch, by which lines and keys get their looks.
-fn looks(stretch: &StretchReport) -> impl Iterator<Item = (usize, &super::numbers::MethodReport)> {
+fn looks(stretch: &StretchReport) -> impl Iterator<Item = (usize, &MethodReport)> {
     stretch.methods.iter().enumerate().filter(|(_, method)| is_denoiser(method.numbers.method))
 }
 
@@ -64,13 +65,15 @@ pub fn over_frames(stretch: &StretchReport, measure: &Measure) -> String {
     let area = Area { left: 62.0, top: 26.0, width: 508.0, height: 250.0 };
     let values = looks(stretch).flat_map(|(_, method)| &method.frames).map(measure.value);
     let scale = Scale::of(values, 1e-6);
-    let frames = Scale::of([0.0, f64::from(stretch.frames.max(2) - 1)].into_iter(), 1.0);
+    let measured = || looks(stretch).flat_map(|(_, method)| &method.frames).map(|frame| frame.frame as f64);
+    let frames = Scale::of(measured(), 1.0);
     let x = |frame: f64| area.left + frames.place(frame) * area.width;
     let mut svg = start(&format!("{} over frames", measure.title), &area);
     y_axis(&mut svg, &area, scale.marks(), measure.title);
     x_axis(&mut svg, &area, frames.marks());
     axis_title(&mut svg, &area, "frame");
-    for event in &stretch.events {
+    let is_within = |event: &&Event| (frames.low..=frames.high).contains(&f64::from(event.frame));
+    for event in stretch.events.iter().filter(is_within) {
         // The change lies between two frames.
         let x = x(f64::from(event.frame) - 0.5);
         let anchor = if x > area.left + 0.8 * area.width { "end" } else { "middle" };
@@ -122,7 +125,7 @@ fn marker(look: usize) -> &'static str {
 
 /// What the lines are.
 pub fn keys(stretch: &StretchReport) -> String {
-    let key = |(look, method): (usize, &super::numbers::MethodReport)| {
+    let key = |(look, method): (usize, &MethodReport)| {
         format!(
             "<span><svg class=\"plot key\" viewBox=\"0 -8 40 16\" aria-hidden=\"true\"><polyline class=\"m{look}\" \
              points=\"0,0 40,0\"/><g class=\"m{look}\" transform=\"translate(20 0)\">{}</g></svg>{}</span>",

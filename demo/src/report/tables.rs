@@ -1,7 +1,7 @@
 //! The page's tables.
 
 use super::columns::{COLUMNS, Column};
-use super::numbers::{Margin, MethodNumbers, SuiteReport, is_denoiser, label};
+use super::numbers::{Margin, MethodNumbers, StretchReport, SuiteReport, is_denoiser, label};
 use crate::html::escape;
 use crate::method::Method;
 use std::fmt::Write;
@@ -71,7 +71,7 @@ fn tile(report: &SuiteReport, column: &Column) -> Option<String> {
     let of_mean = report.margins.iter().filter(|margin| margin.stretch.is_none());
     let means = of_mean.filter_map(|margin| Some((margin.rival, *margin.gains.get(column.key)?)));
     let (rival, gain) = means.min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let is_best_on = |stretch: &&super::numbers::StretchReport| {
+    let is_best_on = |stretch: &&StretchReport| {
         let here = report.margins.iter().filter(|margin| margin.stretch.as_ref() == Some(&stretch.name));
         here.clone().count() > 0 && here.into_iter().all(|margin| !margin.lost.contains(&column.key))
     };
