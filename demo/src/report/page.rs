@@ -4,7 +4,7 @@ use super::error_map::MAGMA;
 use super::measure::Pictures;
 use super::numbers::{MethodReport, NOISY, ShownFrame, StretchReport, SuiteReport, is_denoiser, label};
 
-use super::plot::{MEASURES, keys, over_frames};
+use super::plot::{MEASURES, Measure, keys, over_frames};
 use super::tables;
 use crate::html::{escape, fill, png_source};
 use crate::image::png_rgb8;
@@ -75,10 +75,7 @@ fn section(index: usize, stretch: &StretchReport, pictures: &[Pictures]) -> Resu
             ("table", tables::methods(stretch.methods.iter().map(|method| &method.numbers))),
             ("measured", measured(stretch)),
             ("keys", keys(stretch)),
-            (
-                "plots",
-                MEASURES.iter().map(|m| format!("<figure>{}</figure>", over_frames(stretch, m))).collect(),
-            ),
+            ("plots", MEASURES.iter().map(|measure| plot(stretch, measure)).collect()),
         ],
     ))
 }
@@ -89,6 +86,12 @@ fn ordered(stretch: &StretchReport) -> Vec<(usize, &MethodReport)> {
     let ours = Method::Quell.name();
     methods.sort_by_key(|(_, method)| (method.numbers.method == ours, is_denoiser(method.numbers.method)));
     methods
+}
+
+fn plot(stretch: &StretchReport, measure: &Measure) -> String {
+    let Measure { title, way, .. } = measure;
+    let svg = over_frames(stretch, measure);
+    format!("<figure><figcaption>{title} <span class=\"soft\">({way})</span></figcaption>{svg}</figure>")
 }
 
 /// Names of all images of a frame, in their order.

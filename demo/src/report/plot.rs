@@ -8,13 +8,15 @@ use std::fmt::Write;
 
 /// What is plotted over frames.
 pub struct Measure {
+    /// With its unit.
     pub title: &'static str,
+    pub way: &'static str,
     pub value: fn(&FrameReport) -> f64,
 }
 
 pub const MEASURES: [Measure; 2] = [
-    Measure { title: "PSNR, dB (higher is better)", value: |frame| frame.metrics.psnr_db },
-    Measure { title: "FLIP (lower is better)", value: |frame| frame.metrics.flip },
+    Measure { title: "PSNR, dB", way: "higher is better", value: |frame| frame.metrics.psnr_db },
+    Measure { title: "FLIP", way: "lower is better", value: |frame| frame.metrics.flip },
 ];
 
 /// Evenly spaced round numbers on an axis.
@@ -62,7 +64,7 @@ fn looks(stretch: &StretchReport) -> impl Iterator<Item = (usize, &MethodReport)
 }
 
 pub fn over_frames(stretch: &StretchReport, measure: &Measure) -> String {
-    let area = Area { left: 62.0, top: 26.0, width: 508.0, height: 250.0 };
+    let area = Area { left: 78.0, top: 26.0, width: 492.0, height: 250.0 };
     let values = looks(stretch).flat_map(|(_, method)| &method.frames).map(measure.value);
     let scale = Scale::of(values, 1e-6);
     let measured = || looks(stretch).flat_map(|(_, method)| &method.frames).map(|frame| frame.frame as f64);

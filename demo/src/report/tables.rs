@@ -80,7 +80,7 @@ fn tile(report: &SuiteReport, column: &Column) -> Option<String> {
     let class = if column.is_loss(gain) { "tile lost" } else { "tile" };
     let unit = if column.unit.is_empty() { String::new() } else { format!(" {}", column.unit) };
     Some(format!(
-        "<div class=\"{class}\"><span>{}</span><b>{}{unit}</b><small>against {rival}; best on {best} of {all}</small></div>",
+        "<div class=\"{class}\"><span>{}</span><b>{}{unit}</b><small>against {rival}<br>best on {best} of {all}</small></div>",
         column.title,
         column.gain_text(gain)
     ))
