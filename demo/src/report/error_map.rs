@@ -25,25 +25,54 @@ impl ErrorMaps {
         Self { methods, full_scale }
     }
 
-    /// Mean over the denoisers, so that no single one decides which part is looked at.
-    pub fn mean(&self, denoisers: &[bool]) -> Vec<f32> {
-        let mut sum = vec![0.0; self.methods.first().map_or(0, Vec::len)];
-        for map in chosen(&self.methods, denoisers) {
-            sum.iter_mut().zip(map).for_each(|(sum, error)| *sum += error);
-        }
-        sum
-    }
-
     /// A method's map as 8-bit RGB.
     pub fn draw(&self, method: usize) -> Vec<u8> {
         self.methods[method].iter().flat_map(|error| magma(error / self.full_scale)).collect()
     }
 }
 
-/// The denoisers' maps; the noisy input's where there are no others.
-fn chosen<'a>(methods: &'a [Vec<f32>], denoisers: &'a [bool]) -> impl Iterator<Item = &'a Vec<f32>> {
+/// Box over which differences are averaged before they count as errors: what is left of the reference's noise is small there,
+/// while lost shadows, ghosts and blotches stay.
+const NOISE_BOX_RADIUS: usize = 2;
+
+/// Error of every pixel without the reference's noise, summed over the denoisers so that no single one decides which part is
+/// looked at.
+pub fn lasting_errors(methods: &[Vec<u8>], reference: &[u8], width: u32, denoisers: &[bool]) -> Vec<f32> {
+    let mut sum = vec![0.0; reference.len() / 3];
+    for rgb in chosen(methods, denoisers) {
+        for c in 0..3 {
+            let channel = rgb.iter().zip(reference).skip(c).step_by(3);
+            let difference: Vec<f32> = channel.map(|(a, b)| f32::from(*a) - f32::from(*b)).collect();
+            let blurred = box_means(&difference, width as usize);
+            sum.iter_mut().zip(blurred).for_each(|(sum, error)| *sum += error.abs());
+        }
+    }
+    sum
+}
+
+/// Means over boxes, cut at the border.
+fn box_means(values: &[f32], width: usize) -> Vec<f32> {
+    let height = values.len() / width;
+    let sums = prefix_sums(values, width);
+    let at = |x: usize, y: usize| sums[y * (width + 1) + x];
+    let range =
+        |i: usize, end: usize| (i.saturating_sub(NOISE_BOX_RADIUS), (i + NOISE_BOX_RADIUS + 1).min(end));
+    let mean = |i: usize| {
+        let ((x0, x1), (y0, y1)) = (range(i % width, width), range(i / width, height));
+        let sum = at(x1, y1) - at(x0, y1) - at(x1, y0) + at(x0, y0);
+        (sum / ((x1 - x0) * (y1 - y0)) as f64) as f32
+    };
+    (0..values.len()).map(mean).collect()
+}
+
+/// What is the denoisers'; the noisy input's where there are no others.
+fn chosen<'a, T>(methods: &'a [T], denoisers: &'a [bool]) -> impl Iterator<Item = &'a T> {
     let any = denoisers.contains(&true);
-    methods.iter().zip(denoisers).filter(move |(_, is_denoiser)| **is_denoiser || !any).map(|(map, _)| map)
+    methods
+        .iter()
+        .zip(denoisers)
+        .filter(move |(_, is_denoiser)| **is_denoiser || !any)
+        .map(|(method, _)| method)
 }
 
 /// matplotlib's magma at equal steps.
@@ -154,6 +183,22 @@ mod tests {
         let (noisy, denoised) = (maps.methods[0][100], maps.methods[1][100]);
         assert!(denoised <= maps.full_scale && maps.full_scale < denoised + 0.1001, "{denoised}");
         assert!(noisy > maps.full_scale);
-        assert_eq!(maps.mean(&[false, true])[100], denoised);
+    }
+
+    #[test]
+    fn noise_of_the_reference_is_no_lasting_error() {
+        let size = 20_usize;
+        let reference: Vec<u8> =
+            (0..size * size * 3).map(|i| if i / 3 % 2 == 0 { 60 } else { 140 }).collect();
+        let mut image = vec![100; reference.len()];
+        // A blotch about (10, 10), on half the contrast of the noise.
+        for i in (0..size * size).filter(|i| (i % size).abs_diff(10) < 3 && (i / size).abs_diff(10) < 3) {
+            image[3 * i..3 * i + 3].fill(120);
+        }
+        let noisy = vec![255; reference.len()];
+        let errors = lasting_errors(&[noisy, image], &reference, size as u32, &[false, true]);
+        let at = |x: usize, y: usize| errors[y * size + x];
+        assert!(at(10, 10) > 3.0 * 18.0, "{}", at(10, 10));
+        assert!(at(3, 3) < 0.3 * at(10, 10), "{} against {}", at(3, 3), at(10, 10));
     }
 }

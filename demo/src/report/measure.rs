@@ -1,7 +1,7 @@
 //! One stretch through all methods.
 
 use super::clock::Clock;
-use super::error_map::{ErrorMaps, crops};
+use super::error_map::{ErrorMaps, crops, lasting_errors};
 use super::events::telling_frames;
 use super::numbers::{MethodNumbers, MethodReport, ShownFrame, StretchReport, is_denoiser};
 use super::stretch::{Frame, Stretch};
@@ -128,7 +128,7 @@ fn pictures(
         let (frame, label) = telling.iter().find(|(frame, _)| *frame == kept.frame)?.clone();
         let Kept { methods, reference, .. } = kept;
         let errors = ErrorMaps::new(&methods, &reference, size, &denoisers);
-        let crops = crops(&errors.mean(&denoisers), size);
+        let crops = crops(&lasting_errors(&methods, &reference, size[0], &denoisers), size);
         Some((ShownFrame { frame, label, crops }, Pictures { methods, reference, errors }))
     });
     shown.unzip()
