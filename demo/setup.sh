@@ -29,6 +29,10 @@ has_vulkan_driver() { # NAME_PATTERN
         find /usr/share/vulkan/icd.d /etc/vulkan/icd.d -name "$1" 2>/dev/null | grep -q .
 }
 
+has_browser() { # under one of the names that demo/tests/browser looks for
+    command -v chromium || command -v chromium-browser || command -v google-chrome || command -v google-chrome-stable
+} >/dev/null
+
 setup() { # any | cpu: which Vulkan driver will do
     command -v cargo >/dev/null || export PATH="$HOME/.cargo/bin:$PATH"
     command -v cargo >/dev/null || fail "cargo not found; install Rust from https://rustup.rs"

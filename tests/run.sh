@@ -6,6 +6,7 @@ cd "$(dirname "$0")/.."
 # shellcheck source=demo/setup.sh
 . demo/setup.sh
 setup cpu
+has_browser || install_for "a browser, for the test of the report's page" chromium
 export QUELL_ADAPTER=${QUELL_ADAPTER:-llvmpipe}
 [ $# -gt 0 ] || set -- --workspace
 exec cargo test --locked "$@"

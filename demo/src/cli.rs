@@ -6,6 +6,7 @@ use crate::method::Method;
 use crate::record::{RecordOptions, record};
 use crate::render::{RenderOptions, render};
 use crate::replay::{ReplayOptions, replay};
+use crate::report::ReportArgs;
 use crate::settings_args::SettingsArgs;
 use crate::study::{Rect, StudyOptions, study};
 use crate::walk::{References, WalkOptions, load_scene};
@@ -41,6 +42,11 @@ pub enum Command {
     /// Writes `frame_0000.exr` (linear R, G, B), `frame_0000.png` (as shown) and so on. Where the capture has
     /// reference images, prints metrics and writes them to `metrics.json`.
     Replay(ReplayArgs),
+    /// Compare all methods on a suite of sequences, as one page
+    ///
+    /// Writes `report.html`, which needs no other file, and its numbers as `report.json`. All methods of a sequence see the
+    /// very same frames.
+    Report(ReportArgs),
     /// Compare dense, uniform and adaptive models on one image, estimated with true errors, and errors over frames
     ///
     /// Writes `study.html`, which needs no other file, its numbers as `study.json`, and its pictures.
@@ -206,6 +212,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Render(args)) => run_render(&args.walk),
         Some(Command::Record(args)) => run_record(&args),
         Some(Command::Replay(args)) => run_replay(args),
+        Some(Command::Report(args)) => say(&args.run()?),
         Some(Command::Study(args)) => run_study(args),
         Some(Command::Bench(args)) => run_bench(args),
     }
@@ -308,7 +315,7 @@ fn say(text: &str) -> Result<()> {
     }
 }
 
-pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
+pub fn size(text: &str) -> Result<[u32; 2], String> {
     let parse = |side: &str| side.parse::<u32>().ok().filter(|side| (1..=8192).contains(side));
     let sides = text.split_once('x').and_then(|(width, height)| Some([parse(width)?, parse(height)?]));
     sides.ok_or_else(|| "expected WIDTHxHEIGHT with sides of 1 to 8192 pixels, e.g. 640x360".to_owned())
@@ -335,6 +342,6 @@ pub(crate) fn finite(text: &str) -> Result<f32, String> {
     number.ok_or_else(|| "expected a finite number".to_owned())
 }
 
-fn positive(text: &str) -> Result<f32, String> {
+pub fn positive(text: &str) -> Result<f32, String> {
     finite(text).ok().filter(|&number| number > 0.0).ok_or_else(|| "expected a number above 0".to_owned())
 }

@@ -96,6 +96,11 @@ impl GpuTimer {
         }
     }
 
+    /// Whether there is anything to measure with.
+    pub fn is_measuring(&self) -> bool {
+        !self.slots.is_empty()
+    }
+
     /// Reserves queries for passes that follow each other: pass `i` writes `first_query + 2 i` and the one after it.
     /// All must run in this frame: reading a query that was not written can wait for ever. None where there is nothing to
     /// measure with; the passes then run untimed.

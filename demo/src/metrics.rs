@@ -119,11 +119,18 @@ fn relative_mse(image: &ImageRgb, reference: &ImageRgb) -> f64 {
 }
 
 fn flip(image: &ImageRgb, reference: &ImageRgb) -> f64 {
-    let rgb8 = |image: &ImageRgb| {
-        nv_flip::FlipImageRgb8::with_data(image.width, image.height, &image.to_display_rgb8())
-    };
-    let errors = nv_flip::flip(rgb8(reference), rgb8(image), nv_flip::DEFAULT_PIXELS_PER_DEGREE).to_vec();
+    let errors =
+        flip_map(&image.to_display_rgb8(), &reference.to_display_rgb8(), [image.width, image.height]);
     errors.iter().copied().map(f64::from).sum::<f64>() / errors.len() as f64
+}
+
+/// LDR FLIP of every pixel, 0 to 1, of images as shown in 8 bits.
+///
+/// # Panics
+/// Where an image has not `width * height` pixels.
+pub fn flip_map(shown: &[u8], reference: &[u8], [width, height]: [u32; 2]) -> Vec<f32> {
+    let image = |rgb: &[u8]| nv_flip::FlipImageRgb8::with_data(width, height, rgb);
+    nv_flip::flip(image(reference), image(shown), nv_flip::DEFAULT_PIXELS_PER_DEGREE).to_vec()
 }
 
 /// Taps to either side of the SSIM window's centre, and its sigma: 11x11, 1.5 (Wang et al. 2004).

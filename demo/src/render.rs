@@ -4,7 +4,7 @@ use crate::contact_sheet::ContactSheet;
 use crate::gpu::Gpu;
 use crate::image::ImageRgb;
 use crate::method::{Method, MethodFrame, MethodRunner};
-use crate::report::{HEADINGS, MeanReport, QualityRecorder, QualityReport, columns, write_json};
+use crate::quality::{HEADINGS, MeanReport, QualityRecorder, QualityReport, columns, median, write_json};
 use crate::walk::{References, Walk, WalkOptions};
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -203,10 +203,7 @@ impl WallTimes {
     }
 
     fn medians(self) -> BTreeMap<String, f64> {
-        let median = |mut samples: Vec<f64>| {
-            samples.sort_by(f64::total_cmp);
-            samples[samples.len() / 2]
-        };
-        self.samples.into_iter().map(|(what, samples)| (what.to_owned(), median(samples))).collect()
+        let medians = self.samples.into_iter();
+        medians.filter_map(|(what, samples)| Some((what.to_owned(), median(samples)?))).collect()
     }
 }

@@ -4,7 +4,7 @@ use crate::capture::{CaptureReader, MANIFEST, gbuffer_for, upload};
 use crate::gpu::Gpu;
 use crate::image::ImageRgb;
 use crate::method::{Method, MethodFrame, MethodRunner};
-use crate::report::{QualityRecorder, QualityReport};
+use crate::quality::{QualityRecorder, QualityReport};
 use crate::settings_args::SettingsArgs;
 use anyhow::{Context, Result, ensure};
 use std::path::{Path, PathBuf};

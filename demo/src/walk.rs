@@ -64,6 +64,10 @@ impl Walk {
         Ok(Self { options, scene, tracer, gbuffer })
     }
 
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
     pub fn scene_name(&self) -> &str {
         &self.scene.name
     }

@@ -13,7 +13,7 @@ pub use report::BenchReport;
 use crate::gpu::Gpu;
 use crate::method::{Method, MethodFrame, MethodRunner};
 use crate::render::progress_bar;
-use crate::report::write_json;
+use crate::quality::write_json;
 use crate::walk::{Walk, WalkOptions};
 use anyhow::{Context, Result, bail};
 use machine::Machine;

@@ -77,6 +77,19 @@ pub fn write_png_rgb8(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Resul
         .map_err(|source| ImageFileError::Png { path: path.to_owned(), source })
 }
 
+/// 8-bit RGB as the bytes of a PNG, as small as it gets: filters help smooth images, and hurt those of few colours.
+pub fn png_rgb8(width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8>, image::ImageError> {
+    use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+    let encoded = |filter| {
+        let mut bytes = Vec::new();
+        let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, filter);
+        image::ImageEncoder::write_image(encoder, rgb, width, height, image::ExtendedColorType::Rgb8)?;
+        Ok::<_, image::ImageError>(bytes)
+    };
+    let (filtered, plain) = (encoded(FilterType::Adaptive)?, encoded(FilterType::NoFilter)?);
+    Ok(if plain.len() < filtered.len() { plain } else { filtered })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,7 +3,7 @@
 mod files;
 mod transfer;
 
-pub use files::{ImageFileError, write_png_rgb8};
+pub use files::{ImageFileError, png_rgb8, write_png_rgb8};
 pub use transfer::{half_from_f32, write_texture};
 
 /// A scene-linear RGB image, rows from top to bottom.

@@ -39,12 +39,6 @@ fn ranks(values: &[f64]) -> Vec<f64> {
     ranks
 }
 
-/// The value in the middle of a sorted list.
-pub fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -89,7 +83,5 @@ mod tests {
             assert_eq!(correlation(&[1.0], &[2.0]), None);
             assert_eq!(correlation(&[1.0, 1.0], &[2.0, 3.0]), None);
         }
-        assert_eq!(median(vec![]), None);
-        assert_eq!(median(vec![3.0, 1.0, 2.0]), Some(2.0));
     }
 }

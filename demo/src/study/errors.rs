@@ -1,11 +1,12 @@
 //! Estimated (by Mallows' Cp) and true errors of dense models with windows of each size.
 
-use super::correlation::{median, pearson, spearman};
+use super::correlation::{pearson, spearman};
 use super::denoise::StillDenoiser;
 use super::report::{ChoiceReport, Correlation, PixelReport, WindowReport};
 use super::spots::Spot;
 use super::surfaces::{Surfaces, TILE, Tiles, luminance};
 use crate::image::ImageRgb;
+use crate::quality::median;
 use anyhow::Result;
 use quell::{Centres, DebugView, Settings, Windows};
 

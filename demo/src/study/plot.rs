@@ -1,15 +1,8 @@
 //! Plots as inline SVG. Their text is set by the page's style; axes are logarithmic where they show errors.
 
 use super::report::{ConvergenceReport, PixelReport, WindowReport};
+use crate::plot::{Area, axis_title, start, x_axis, y_axis};
 use std::fmt::Write;
-
-/// Where a plot's axes lie, in SVG units.
-struct Area {
-    left: f64,
-    top: f64,
-    width: f64,
-    height: f64,
-}
 
 /// From 10^`low` to 10^`high`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,6 +35,11 @@ impl LogRange {
         let decades = self.low.floor() as i32..=self.high.ceil() as i32;
         let all = decades.flat_map(|decade| steps.iter().map(move |step| step * 10f64.powi(decade)));
         all.filter(|value| (self.low..=self.high).contains(&value.log10())).collect()
+    }
+
+    /// Places and labels of the ticks.
+    fn marks(self) -> impl Iterator<Item = (f64, String)> {
+        self.ticks().into_iter().map(move |tick| (self.place(tick), tick_label(tick)))
     }
 }
 
@@ -76,8 +74,8 @@ pub fn histogram(window: &WindowReport, pairs: &[[f64; 2]], range: LogRange) -> 
     let most = f64::from(counts.iter().copied().max().unwrap_or(0).max(1));
     let mut svg =
         start(&format!("Estimated against true error, windows of {} pixels", window.width_px), &area);
-    y_axis(&mut svg, &area, range, "true error");
-    x_axis(&mut svg, &area, range.ticks().into_iter().map(|tick| (range.place(tick), tick_label(tick))));
+    y_axis(&mut svg, &area, range.marks(), "true error");
+    x_axis(&mut svg, &area, range.marks());
     axis_title(&mut svg, &area, "estimated error");
     let (w, h) = (area.width / CELLS as f64, area.height / CELLS as f64);
     for (i, &count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
@@ -107,7 +105,7 @@ pub fn curves(pixel: &PixelReport, widths_px: &[u32]) -> String {
     let estimates = pixel.estimated_error.iter().flatten();
     let range = LogRange::of(estimates.chain(&pixel.true_error).copied(), 0.0);
     let mut svg = start(&format!("Errors over window size at pixel {}, {}", pixel.x, pixel.y), &area);
-    y_axis(&mut svg, &area, range, "squared error");
+    y_axis(&mut svg, &area, range.marks(), "squared error");
     let across = |i: usize| (i as f64 + 0.5) / widths_px.len() as f64;
     x_axis(&mut svg, &area, widths_px.iter().enumerate().map(|(i, width)| (across(i), width.to_string())));
     axis_title(&mut svg, &area, "window, pixels");
@@ -142,7 +140,7 @@ pub fn convergence(report: &ConvergenceReport) -> String {
         (area.left + x * area.width, area.top + y * area.height)
     };
     let mut svg = start("Error over the number of frames", &area);
-    y_axis(&mut svg, &area, errors, "mean squared error, as shown");
+    y_axis(&mut svg, &area, errors.marks(), "mean squared error, as shown");
     let places = report.frames.iter().map(|&frame| (frames.place(f64::from(frame)), frame.to_string()));
     x_axis(&mut svg, &area, places);
     axis_title(&mut svg, &area, "frames");
@@ -168,55 +166,6 @@ pub fn convergence(report: &ConvergenceReport) -> String {
         }
     }
     svg + "</svg>"
-}
-
-/// Opens an SVG with room for an area and the labels about it.
-fn start(label: &str, area: &Area) -> String {
-    let (width, height) = (area.left + area.width + 10.0, area.top + area.height + 50.0);
-    format!("<svg class=\"plot\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{label}\">")
-}
-
-fn y_axis(svg: &mut String, area: &Area, range: LogRange, title: &str) {
-    let Area { left, top, width, height } = *area;
-    let _ =
-        write!(svg, "<rect class=\"frame\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/>");
-    for tick in range.ticks() {
-        let y = top + (1.0 - range.place(tick)) * height;
-        let right = left + width;
-        let _ = write!(
-            svg,
-            "<line class=\"grid\" x1=\"{left}\" y1=\"{y:.1}\" x2=\"{right}\" y2=\"{y:.1}\"/>\
-             <text class=\"tick\" x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
-            left - 6.0,
-            y + 4.0,
-            tick_label(tick)
-        );
-    }
-    let middle = top + height / 2.0;
-    let _ = write!(
-        svg,
-        "<text x=\"13\" y=\"{middle}\" text-anchor=\"middle\" transform=\"rotate(-90 13 {middle})\">{title}</text>"
-    );
-}
-
-/// Ticks at places from 0 to 1.
-fn x_axis(svg: &mut String, area: &Area, ticks: impl Iterator<Item = (f64, String)>) {
-    let bottom = area.top + area.height;
-    for (place, label) in ticks {
-        let x = area.left + place * area.width;
-        let _ = write!(
-            svg,
-            "<line class=\"grid\" x1=\"{x:.1}\" y1=\"{}\" x2=\"{x:.1}\" y2=\"{bottom}\"/>\
-             <text class=\"tick\" x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{label}</text>",
-            area.top,
-            bottom + 18.0
-        );
-    }
-}
-
-fn axis_title(svg: &mut String, area: &Area, title: &str) {
-    let (x, y) = (area.left + area.width / 2.0, area.top + area.height + 40.0);
-    let _ = write!(svg, "<text x=\"{x}\" y=\"{y}\" text-anchor=\"middle\">{title}</text>");
 }
 
 #[cfg(test)]

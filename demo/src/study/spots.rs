@@ -51,7 +51,7 @@ pub fn choose(surfaces: &Surfaces, tiles: &Tiles, truth: &Truth) -> Vec<Spot> {
     let mut all: Vec<_> =
         tiles.places.iter().filter_map(|&place| surroundings(place, surfaces, truth)).collect();
     let levels = all.iter().map(|s| s.level).collect();
-    let dark = DARK * super::correlation::median(levels).unwrap_or(0.0);
+    let dark = DARK * crate::quality::median(levels).unwrap_or(0.0);
     all.retain(|s| s.level > dark);
     type Score = fn(&Surroundings) -> Option<f64>;
     let kinds: [(&str, Score); 4] = [

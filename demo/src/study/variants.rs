@@ -1,10 +1,10 @@
 //! The ways to place models and to choose their windows that the study compares.
 
-use super::correlation::median;
 use super::denoise::StillDenoiser;
 use super::report::VariantReport;
 use crate::image::{ImageRgb, display_from_linear};
 use crate::metrics::compare;
+use crate::quality::median;
 use anyhow::Result;
 use quell::{Centres, DebugView, Settings, Windows};
 

@@ -3,7 +3,8 @@
 use super::super::convergence::SPP;
 use super::super::plot;
 use super::super::report::{ConvergenceReport, StillnessReport};
-use super::{fill, number};
+use super::number;
+use crate::html::fill;
 use std::fmt::Write;
 
 pub fn section(report: &ConvergenceReport) -> String {

@@ -5,6 +5,7 @@ mod convergence;
 use super::plot::{LogRange, curves, histogram};
 use super::report::{ChoiceReport, Correlation, Rect, StudyReport, VariantReport, WindowReport};
 use super::surfaces::TILE;
+use crate::html::{escape, fill, png_source};
 use crate::metrics::FrameMetrics;
 use anyhow::{Context, Result};
 use std::fmt::Write;
@@ -84,34 +85,15 @@ fn page(report: &StudyReport, pairs: &[Vec<[f64; 2]>], pictures: &Pictures<'_>) 
     ))
 }
 
-/// Replaces each `{{name}}` by its value. What values hold is not looked at again.
-fn fill(template: &str, values: &[(&str, String)]) -> String {
-    let mut parts = template.split("{{");
-    let mut out = parts.next().unwrap_or_default().to_owned();
-    for part in parts {
-        let (name, rest) = part.split_once("}}").unwrap_or((part, ""));
-        match values.iter().find(|(known, _)| *known == name) {
-            Some((_, value)) => out += value,
-            None => out += &format!("{{{{{name}}}}}"),
-        }
-        out += rest;
-    }
-    out
-}
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
 impl Pictures<'_> {
     fn figure(&self, name: &str, caption: &str, over: &str) -> Result<String> {
         let path = self.0.join(format!("{name}.png"));
         let png = std::fs::read(&path).with_context(|| format!("{}: cannot read", path.display()))?;
-        let data = base64::encode(png);
+        let source = png_source(&png);
         let caption =
             if caption.is_empty() { String::new() } else { format!("<figcaption>{caption}</figcaption>") };
         Ok(format!(
-            "<figure>{caption}<div class=\"picture\"><img alt=\"{name}\" src=\"data:image/png;base64,{data}\">\
+            "<figure>{caption}<div class=\"picture\"><img alt=\"{name}\" src=\"{source}\">\
              {over}</div></figure>"
         ))
     }
@@ -274,13 +256,6 @@ fn choice(choice: &ChoiceReport, widths: &[u32]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn templates_are_filled_once() {
-        let values = [("a", "{{b}}".to_owned()), ("b", "x".to_owned())];
-        assert_eq!(fill("<{{a}}|{{b}}|{{c}}>", &values), "<{{b}}|x|{{c}}>");
-        assert_eq!(escape("a<b>&\"c\""), "a&lt;b&gt;&amp;&quot;c&quot;");
-    }
 
     #[test]
     fn small_and_large_errors_have_digits() {

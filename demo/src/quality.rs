@@ -92,30 +92,38 @@ impl QualityRecorder {
         if self.frames.is_empty() {
             return None;
         }
-        let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
-        let mean_of = |value: fn(&FrameMetrics) -> f64| {
-            mean(self.frames.iter().map(|frame| value(&frame.metrics)).collect())
-        };
-        let tpsnr: Vec<f64> = self.frames.iter().filter_map(|frame| frame.tpsnr_db).collect();
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         Some(QualityReport {
             source: source.to_owned(),
             method: method.to_owned(),
             adapter: adapter.to_owned(),
             width: size[0],
             height: size[1],
-            mean: MeanReport {
-                metrics: FrameMetrics {
-                    psnr_db: mean_of(|m| m.psnr_db),
-                    ssim: mean_of(|m| m.ssim),
-                    flip: mean_of(|m| m.flip),
-                    relative_mse: mean_of(|m| m.relative_mse),
-                    bias_percent: mean_of(|m| m.bias_percent),
-                },
-                tpsnr_db: (!tpsnr.is_empty()).then(|| mean(tpsnr)),
-            },
-            models: (!self.models.is_empty()).then(|| mean(self.models)),
+            mean: MeanReport::of(self.frames.iter().map(|frame| (frame.metrics, frame.tpsnr_db))),
+            models: (!self.models.is_empty()).then(|| mean(&self.models)),
             frames: self.frames,
         })
+    }
+}
+
+impl MeanReport {
+    /// Each metric's mean over what has it.
+    pub fn of(values: impl Iterator<Item = (FrameMetrics, Option<f64>)> + Clone) -> Self {
+        let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
+        let mean_of = |value: fn(&FrameMetrics) -> f64| {
+            mean(values.clone().map(|(metrics, _)| value(&metrics)).collect())
+        };
+        let tpsnr: Vec<f64> = values.clone().filter_map(|(_, tpsnr_db)| tpsnr_db).collect();
+        Self {
+            metrics: FrameMetrics {
+                psnr_db: mean_of(|m| m.psnr_db),
+                ssim: mean_of(|m| m.ssim),
+                flip: mean_of(|m| m.flip),
+                relative_mse: mean_of(|m| m.relative_mse),
+                bias_percent: mean_of(|m| m.bias_percent),
+            },
+            tpsnr_db: (!tpsnr.is_empty()).then(|| mean(tpsnr)),
+        }
     }
 }
 
@@ -147,6 +155,12 @@ pub fn columns(m: &FrameMetrics, tpsnr_db: Option<f64>) -> String {
     let tpsnr = tpsnr_db.map_or("-".to_owned(), |t| format!("{t:.2}"));
     let FrameMetrics { psnr_db, ssim, flip, relative_mse, bias_percent } = m;
     format!(" {psnr_db:>8.2} {ssim:>8.4} {flip:>8.4} {relative_mse:>10.5} {bias_percent:>8.2} {tpsnr:>8}\n")
+}
+
+/// The value in the middle of a sorted list.
+pub fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
 }
 
 /// Writes a report as indented JSON.
@@ -185,6 +199,12 @@ mod tests {
         assert!(json["frames"][0].get("tpsnr_db").is_none());
         assert!(json["frames"][2]["tpsnr_db"].is_null(), "no change in either: infinite");
         assert_eq!(report.table().lines().count(), 5);
+    }
+
+    #[test]
+    fn the_median_is_in_the_middle() {
+        assert_eq!(median(vec![]), None);
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), Some(2.0));
     }
 
     #[test]
