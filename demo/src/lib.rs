@@ -2,6 +2,7 @@
 
 pub mod capture;
 pub mod cli;
+pub mod compute;
 pub mod contact_sheet;
 pub mod gbuffer;
 pub mod gpu;
