@@ -54,7 +54,7 @@ pub struct Bmfr {
     /// `[parity]` is written this frame, the other one read.
     history: [History; 2],
     parity: usize,
-    /// Of frames, for the blocks' offsets.
+    /// Frames since the last cut, for the blocks' offsets.
     count: u32,
     /// Where each pixel's history was found.
     taps: wgpu::TextureView,
@@ -154,8 +154,8 @@ impl Bmfr {
         timestamps: Option<Timestamps<'_>>,
     ) {
         self.frame.update(gpu, gbuffer, frame);
+        self.count = if frame.restart { 0 } else { self.count.wrapping_add(1) };
         let origin = block_origin(self.count);
-        self.count = self.count.wrapping_add(1);
         gpu.queue.write_buffer(&self.blocks, 0, bytemuck::bytes_of(&block_params(&frame.camera, origin)));
         self.parity ^= 1;
         let (history, previous) = (&self.history[self.parity], &self.history[self.parity ^ 1]);
