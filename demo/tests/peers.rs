@@ -76,7 +76,7 @@ fn a_pixel_alone_is_accumulated_with_the_papers_weights() {
 #[test]
 fn svgf_keeps_what_does_not_vary_in_time_and_smooths_what_does() {
     let gpu = gpu();
-    let truth = |i: usize| if (i % 20 / 2 + i / 40) % 2 == 0 { 0.1 } else { 0.5 };
+    let truth = |i: usize| if (i % 20 / 2 + i / 40).is_multiple_of(2) { 0.1 } else { 0.5 };
     let mut still = wall(20, 16);
     grey(&mut still, truth);
     let image = Sequence::of(&gpu, Method::Svgf).run(&vec![still.clone(); 30]).pop().unwrap();
@@ -288,7 +288,8 @@ fn bmfr_clamps_its_last_accumulation_to_the_neighbourhood() {
         assert!(rgb[1] <= gradient(i) + 0.03 + 1e-3, "{} of {}", rgb[1], gradient(i));
     }
     // What is within the bounds is averaged.
-    let checker = |phase: usize| emitting(&move |i| if (i + i / width + phase) % 2 == 0 { 0.1 } else { 0.3 });
+    let checker =
+        |phase: usize| emitting(&move |i| if (i + i / width + phase).is_multiple_of(2) { 0.1 } else { 0.3 });
     let image = Sequence::of(&gpu, Method::Bmfr).run(&[checker(0), checker(1)]).pop().unwrap();
     let inner = image.pixels[7 * width + 7][1];
     // 0.2 of this frame and 0.8 of the last one, as shown by x / (1 + x).

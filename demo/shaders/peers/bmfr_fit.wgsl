@@ -189,19 +189,17 @@ fn bmfr_fit(@builtin(workgroup_id) block: vec3<u32>, @builtin(local_invocation_i
     var range = Range(vec3(3e38), vec3(-3e38));
     for (var i = 0; i < ROWS; i++) {
         let pixel = pixel_of(block.xy, thread, i);
-        if !inside(pixel) {
-            continue;
+        if inside(pixel) {
+            let d = textureLoad(depth, pixel, 0).r;
+            if !is_miss(d) {
+                let ndc = ndc_of(vec2<u32>(pixel));
+                let normal = textureLoad(normal_roughness, pixel, 0).xyz;
+                normals[i] = select(vec3(0.0), normal, all_finite(normal));
+                positions[i] = d * (blocks.position_per_depth * ndc) + blocks.position_constant * ndc;
+                surfaces |= 1u << u32(i);
+                range = Range(min(range.low, positions[i]), max(range.high, positions[i]));
+            }
         }
-        let d = textureLoad(depth, pixel, 0).r;
-        if is_miss(d) {
-            continue;
-        }
-        let ndc = ndc_of(vec2<u32>(pixel));
-        let normal = textureLoad(normal_roughness, pixel, 0).xyz;
-        normals[i] = select(vec3(0.0), normal, all_finite(normal));
-        positions[i] = d * (blocks.position_per_depth * ndc) + blocks.position_constant * ndc;
-        surfaces |= 1u << u32(i);
-        range = Range(min(range.low, positions[i]), max(range.high, positions[i]));
     }
     range = range_of_block(thread, range);
 
