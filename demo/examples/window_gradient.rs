@@ -56,7 +56,7 @@ impl FrameSource for Gradient {
         });
         Ok(FrameImages {
             noisy: Some(noisy),
-            accumulated: None,
+            rival: None,
             denoised: clean,
             reference: None,
             debug: None,

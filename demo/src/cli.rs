@@ -4,7 +4,7 @@ use crate::bench::{BenchArgs, bench};
 use crate::gpu::Gpu;
 use crate::method::Method;
 use crate::record::{RecordOptions, record};
-use crate::render::{RenderOptions, render};
+use crate::render::{METHODS, RenderOptions, render};
 use crate::replay::{ReplayOptions, replay};
 use crate::report::ReportArgs;
 use crate::settings_args::SettingsArgs;
@@ -31,7 +31,8 @@ pub struct Cli {
 pub enum Command {
     /// Render the walk without a window, into pictures and metrics
     ///
-    /// Writes PNGs in `noisy/` and `denoised/` (and `reference/`), `contact_sheet.png` and `metrics.json`.
+    /// Writes PNGs in a folder per method (`noisy/` for none, `denoised/` for quell, otherwise its name) and in
+    /// `reference/`, `contact_sheet.png` and `metrics.json`.
     Render(RenderArgs),
     /// Record the walk's inputs as a capture
     ///
@@ -134,6 +135,9 @@ impl WalkArgs {
 pub struct RenderArgs {
     #[command(flatten)]
     pub walk: WalkArgs,
+    /// What to show side by side, e.g. none,svgf,quell; may be given more than once
+    #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',', default_values_t = METHODS)]
+    pub method: Vec<Method>,
 }
 
 /// `quell-demo record`
@@ -209,7 +213,7 @@ const HEADLESS_FRAMES: u32 = 96;
 pub fn run(cli: Cli) -> Result<()> {
     match cli.command {
         None => run_walkthrough(cli.walkthrough),
-        Some(Command::Render(args)) => run_render(&args.walk),
+        Some(Command::Render(args)) => run_render(&args),
         Some(Command::Record(args)) => run_record(&args),
         Some(Command::Replay(args)) => run_replay(args),
         Some(Command::Report(args)) => say(&args.run()?),
@@ -232,7 +236,7 @@ fn run_walkthrough(args: WalkthroughArgs) -> Result<()> {
     match window::run(options, |gpu| Walkthrough::new(gpu, scene, args.seed, args.start)) {
         Err(WindowError::NoDisplay(reason)) => {
             say(&format!("no display ({reason}); rendering the walk into {HEADLESS_OUT} instead\n"))?;
-            run_render(&WalkArgs {
+            let walk = WalkArgs {
                 scene: args.scene,
                 size: [320, 180],
                 frames: args.exit_after.unwrap_or(HEADLESS_FRAMES),
@@ -243,16 +247,26 @@ fn run_walkthrough(args: WalkthroughArgs) -> Result<()> {
                 reference: 0,
                 reference_frames: None,
                 out: HEADLESS_OUT.into(),
-            })
+            };
+            run_render(&RenderArgs { walk, method: METHODS.to_vec() })
         }
         result => Ok(result?),
     }
 }
 
-fn run_render(args: &WalkArgs) -> Result<()> {
-    let options = RenderOptions { walk: args.walk(), references: args.references(), out: args.out.clone() };
+fn run_render(args: &RenderArgs) -> Result<()> {
+    let walk = &args.walk;
+    let mut methods = Vec::new();
+    for &method in &args.method {
+        // One named twice has one folder and one line of metrics.
+        if !methods.contains(&method) {
+            methods.push(method);
+        }
+    }
+    let options =
+        RenderOptions { walk: walk.walk(), references: walk.references(), methods, out: walk.out.clone() };
     let report = render(&Gpu::new()?, &options)?;
-    say(&format!("{}wrote {}\n", report.summary(), args.out.display()))
+    say(&format!("{}wrote {}\n", report.summary(), walk.out.display()))
 }
 
 fn run_record(args: &RecordArgs) -> Result<()> {

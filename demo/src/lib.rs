@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod capture;
 pub mod cli;
+pub mod compute;
 pub mod contact_sheet;
 pub mod gbuffer;
 pub mod gpu;

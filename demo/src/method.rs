@@ -2,7 +2,7 @@
 
 use crate::gbuffer::{GBuffer, image};
 use crate::gpu::Gpu;
-use crate::peers::{Accumulate, AccumulateFrame};
+use crate::peers::{Accumulate, Bmfr, PeerFrame, Svgf};
 use anyhow::{Context, Result};
 use quell::{
     Allocation, Camera, DebugView, Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode, Settings,
@@ -14,6 +14,10 @@ use quell::{
 pub enum Method {
     /// The denoiser of this project
     Quell,
+    /// Spatiotemporal variance-guided filtering (Schied et al. 2017)
+    Svgf,
+    /// Blockwise multi-order feature regression (Koskela et al. 2019)
+    Bmfr,
     /// Plain temporal accumulation with reprojection
     Accumulate,
     /// No denoising: the noisy input with invalid values repaired
@@ -25,6 +29,8 @@ impl Method {
     pub fn name(self) -> &'static str {
         match self {
             Self::Quell => "quell",
+            Self::Svgf => "svgf",
+            Self::Bmfr => "bmfr",
             Self::Accumulate => "accumulate",
             Self::None => "none",
         }
@@ -62,8 +68,10 @@ pub struct MethodRunner {
 
 #[derive(Debug)]
 enum State {
-    // Both boxed: each is large, and they differ.
+    // All boxed: each is large, and they differ.
     Quell { denoiser: Box<Denoiser>, output: wgpu::TextureView },
+    Svgf(Box<Svgf>),
+    Bmfr(Box<Bmfr>),
     Accumulate(Box<Accumulate>),
 }
 
@@ -78,6 +86,8 @@ impl MethodRunner {
                 ),
                 output: output_image(&gpu.device, width, height),
             },
+            Method::Svgf => State::Svgf(Box::new(Svgf::new(&gpu.device, width, height))),
+            Method::Bmfr => State::Bmfr(Box::new(Bmfr::new(&gpu.device, width, height))),
             // No denoising is accumulation that restarts with every frame.
             Method::Accumulate | Method::None => {
                 State::Accumulate(Box::new(Accumulate::new(&gpu.device, width, height)))
@@ -94,6 +104,8 @@ impl MethodRunner {
     pub fn output(&self) -> &wgpu::TextureView {
         match &self.state {
             State::Quell { output, .. } => output,
+            State::Svgf(svgf) => svgf.output(),
+            State::Bmfr(bmfr) => bmfr.output(),
             State::Accumulate(accumulate) => accumulate.output(),
         }
     }
@@ -102,7 +114,7 @@ impl MethodRunner {
     pub fn models(&mut self) -> Option<u32> {
         match &mut self.state {
             State::Quell { denoiser, .. } => denoiser.statistics().map(|statistics| statistics.models()),
-            State::Accumulate(_) => None,
+            State::Svgf(_) | State::Bmfr(_) | State::Accumulate(_) => None,
         }
     }
 
@@ -110,6 +122,8 @@ impl MethodRunner {
     pub fn passes(&self) -> &'static [&'static str] {
         match &self.state {
             State::Quell { .. } => &quell::PASSES[..quell::PASSES.len() - 1],
+            State::Svgf(_) => &Svgf::PASSES,
+            State::Bmfr(_) => &Bmfr::PASSES,
             State::Accumulate(_) => &Accumulate::PASSES,
         }
     }
@@ -118,6 +132,8 @@ impl MethodRunner {
     pub fn memory(&self) -> Vec<Allocation> {
         match &self.state {
             State::Quell { denoiser, .. } => denoiser.memory(),
+            State::Svgf(svgf) => svgf.memory(),
+            State::Bmfr(bmfr) => bmfr.memory(),
             State::Accumulate(accumulate) => accumulate.memory(),
         }
     }
@@ -129,7 +145,13 @@ impl MethodRunner {
         encoder: &mut wgpu::CommandEncoder,
         frame: &MethodFrame<'_>,
     ) -> Result<&wgpu::TextureView> {
-        let gbuffer = frame.gbuffer;
+        let MethodFrame { gbuffer, timestamps, .. } = *frame;
+        let peer_frame = PeerFrame {
+            camera: frame.camera,
+            restart: frame.restart || self.method == Method::None,
+            far: frame.settings.far,
+            max_history: frame.settings.max_history,
+        };
         match &mut self.state {
             State::Quell { denoiser, output } => {
                 let inputs = FrameInputs {
@@ -145,7 +167,7 @@ impl MethodRunner {
                     history: if frame.restart { HistoryMode::Restart } else { HistoryMode::Continue },
                     output,
                     debug: frame.debug,
-                    timestamps: frame.timestamps,
+                    timestamps,
                 };
                 let settings = Settings {
                     motion_scale: [1.0 / gbuffer.width as f32, 1.0 / gbuffer.height as f32],
@@ -153,15 +175,10 @@ impl MethodRunner {
                 };
                 denoiser.encode(&gpu.device, &gpu.queue, encoder, &inputs, &settings)?;
             }
+            State::Svgf(svgf) => svgf.encode(gpu, encoder, gbuffer, &peer_frame, timestamps),
+            State::Bmfr(bmfr) => bmfr.encode(gpu, encoder, gbuffer, &peer_frame, timestamps),
             State::Accumulate(accumulate) => {
-                let timestamps = frame.timestamps;
-                let frame = AccumulateFrame {
-                    camera: frame.camera,
-                    restart: frame.restart || self.method == Method::None,
-                    far: frame.settings.far,
-                    max_history: frame.settings.max_history,
-                };
-                accumulate.encode(gpu, encoder, gbuffer, &frame, timestamps);
+                accumulate.encode(gpu, encoder, gbuffer, &peer_frame, timestamps);
             }
         }
         Ok(self.output())

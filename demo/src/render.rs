@@ -19,6 +19,8 @@ use std::time::Instant;
 pub struct RenderOptions {
     pub walk: WalkOptions,
     pub references: References,
+    /// Side by side, in this order; none twice.
+    pub methods: Vec<Method>,
     /// Folder for the results, created where needed.
     pub out: PathBuf,
 }
@@ -38,7 +40,8 @@ pub struct RenderReport {
 
 /// Frames on the contact sheet.
 const SHEET_FRAMES: u32 = 6;
-const METHODS: [Method; 3] = [Method::None, Method::Accumulate, Method::Quell];
+/// What is rendered where nothing else is asked for.
+pub const METHODS: [Method; 3] = [Method::None, Method::Accumulate, Method::Quell];
 
 /// A progress bar that is silent where standard error is no terminal.
 pub fn progress_bar(steps: u64, what: &'static str) -> ProgressBar {
@@ -48,7 +51,25 @@ pub fn progress_bar(steps: u64, what: &'static str) -> ProgressBar {
         .with_message(what)
 }
 
-/// Renders a walk. Leaves `noisy/`, `denoised/`, `reference/` with PNGs, `contact_sheet.png` and `metrics.json` in `out`.
+/// Folder for the pictures of a method.
+fn folder_of(method: Method) -> &'static str {
+    match method {
+        Method::None => "noisy",
+        Method::Quell => "denoised",
+        other => other.name(),
+    }
+}
+
+/// What a method's pictures are called on the contact sheet.
+fn label_of(method: Method) -> &'static str {
+    match method {
+        Method::Accumulate => "accumulated",
+        other => other.name(),
+    }
+}
+
+/// Renders a walk. Leaves a folder of PNGs per method (`noisy/` without denoising, `denoised/` by quell, the others by
+/// their names), `reference/`, `contact_sheet.png` and `metrics.json` in `out`.
 pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
     let walk = Walk::new(gpu, options.walk.clone())?;
     let WalkOptions { width, height, frames, spp, seed, .. } = options.walk;
@@ -59,14 +80,15 @@ pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
             .with_context(|| format!("{}: cannot create the folder", path.display()))?;
         Ok(path)
     };
-    let (noisy_folder, denoised_folder) = (folder("noisy")?, folder("denoised")?);
+    let methods = &options.methods;
+    let folders = methods.iter().map(|&method| folder(folder_of(method))).collect::<Result<Vec<_>>>()?;
 
     let settings = Settings::default();
     let mut runners = Vec::new();
-    for method in METHODS {
+    for &method in methods {
         runners.push(MethodRunner::new(gpu, method, width, height)?);
     }
-    let mut quality: Vec<_> = METHODS.iter().map(|_| QualityRecorder::new()).collect();
+    let mut quality: Vec<_> = methods.iter().map(|_| QualityRecorder::new()).collect();
     let mut sheet = ContactSheet::new();
     let mut times = WallTimes::default();
     let reference_steps = chosen.len() as u64 * u64::from(options.references.spp);
@@ -89,8 +111,9 @@ pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
             .map(|runner| ImageRgb::read_back(gpu, runner.output().texture()))
             .collect::<Result<Vec<_>>>()?;
         let name = format!("frame_{i:04}.png");
-        images[0].write_png(&noisy_folder.join(&name))?;
-        images[2].write_png(&denoised_folder.join(&name))?;
+        for (image, folder) in images.iter().zip(&folders) {
+            image.write_png(&folder.join(&name))?;
+        }
         let reference = if chosen.contains(&i) {
             let image = walk.reference(gpu, i, options.references.spp, |n| progress.inc(n.into()))?;
             image.write_png(&folder("reference")?.join(&name))?;
@@ -99,9 +122,14 @@ pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
             None
         };
         if on_sheet(i, frames, &chosen) {
-            sheet.add(format!("frame {i}: {spp} spp"), &images[0]);
-            sheet.add("accumulated", &images[1]);
-            sheet.add("quell", &images[2]);
+            for (column, (image, &method)) in images.iter().zip(methods).enumerate() {
+                let label = match method {
+                    Method::None => format!("{spp} spp"),
+                    method => label_of(method).to_owned(),
+                };
+                let frame = if column == 0 { format!("frame {i}: ") } else { String::new() };
+                sheet.add(frame + &label, image);
+            }
             if let Some(reference) = &reference {
                 sheet.add(format!("reference, {} spp", options.references.spp), reference);
             }
@@ -114,7 +142,8 @@ pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
         progress.inc(1);
     }
     progress.finish_and_clear();
-    sheet.write_png(&options.out.join("contact_sheet.png"), if chosen.is_empty() { 3 } else { 4 })?;
+    let columns = methods.len() as u32 + u32::from(!chosen.is_empty());
+    sheet.write_png(&options.out.join("contact_sheet.png"), columns)?;
 
     let adapter = gpu.description();
     let finish = |(quality, method): (QualityRecorder, Method)| {
@@ -126,7 +155,7 @@ pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
         reference_spp: options.references.spp,
         seed,
         wall_ms: times.medians(),
-        methods: quality.into_iter().zip(METHODS).filter_map(finish).collect(),
+        methods: quality.into_iter().zip(methods.iter().copied()).filter_map(finish).collect(),
     };
     write_json(&report, &options.out.join("metrics.json"))?;
     Ok(report)

@@ -28,9 +28,10 @@ struct Targets {
     size: [u32; 2],
     gbuffer: GBuffer,
     quell: MethodRunner,
-    accumulate: MethodRunner,
-    /// Whether `accumulate` saw the previous frame.
-    accumulated: bool,
+    /// What quell is compared with, since it was last chosen and on screen.
+    rival: Option<MethodRunner>,
+    /// Whether `rival` saw the previous frame.
+    rival_followed: bool,
     debug: wgpu::TextureView,
     reference: ReferenceImage,
     /// What `reference` shows.
@@ -72,8 +73,8 @@ impl Walkthrough {
             size,
             gbuffer: GBuffer::new(&gpu.device, width, height),
             quell: MethodRunner::new(gpu, Method::Quell, width, height)?,
-            accumulate: MethodRunner::new(gpu, Method::Accumulate, width, height)?,
-            accumulated: false,
+            rival: None,
+            rival_followed: false,
             debug: output_image(&gpu.device, width, height),
             reference: ReferenceImage::new(&gpu.device, width, height),
             reference_view: None,
@@ -110,12 +111,20 @@ impl FrameSource for Walkthrough {
         let timestamps = timer.reserve_denoiser(debug.is_some());
         let frame = MethodFrame::new(&targets.gbuffer, camera, restart, denoiser_settings);
         targets.quell.encode(gpu, encoder, &MethodFrame { debug, timestamps, ..frame })?;
-        let shows_accumulated = request.view.shows(ViewMode::Accumulated);
-        if shows_accumulated {
-            let restart = restart || !targets.accumulated;
-            targets.accumulate.encode(gpu, encoder, &MethodFrame { restart, ..frame })?;
+        let shows_rival = request.view.shows(ViewMode::Rival);
+        if shows_rival {
+            let chosen = request.view.rival;
+            let kept = targets.rival.take().filter(|runner| runner.method() == chosen);
+            let mut rival = match kept {
+                Some(runner) => runner,
+                None => MethodRunner::new(gpu, chosen, size[0], size[1])?,
+            };
+            let restart = restart || !targets.rival_followed;
+            let timestamps = timer.reserve(rival.passes());
+            rival.encode(gpu, encoder, &MethodFrame { restart, timestamps, ..frame })?;
+            targets.rival = Some(rival);
         }
-        targets.accumulated = shows_accumulated;
+        targets.rival_followed = shows_rival;
         let shows_reference = request.view.shows(ViewMode::Reference);
         if shows_reference {
             let shown = Some((camera, self.time_s));
@@ -128,7 +137,7 @@ impl FrameSource for Walkthrough {
         }
         let images = FrameImages {
             noisy: Some(targets.gbuffer.radiance.clone()),
-            accumulated: shows_accumulated.then(|| targets.accumulate.output().clone()),
+            rival: targets.rival.as_ref().filter(|_| shows_rival).map(|rival| rival.output().clone()),
             denoised: targets.quell.output().clone(),
             reference: shows_reference.then(|| targets.reference.view().clone()),
             debug: debug.map(|(_, view)| view.clone()),

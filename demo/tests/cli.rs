@@ -20,7 +20,11 @@ fn wrong_arguments_are_explained() {
     let (missing, out) = (folder.path().join("nothing here"), folder.path().join("out"));
     assert_fails(&replay(&missing, &out, "none"), 1, &["error: ", "nothing here", "capture.json"]);
     assert!(!out.exists(), "a capture that cannot be read leaves nothing behind");
-    assert_fails(&replay(&missing, &out, "magic"), 2, &["magic", "quell", "accumulate", "none"]);
+    assert_fails(
+        &replay(&missing, &out, "magic"),
+        2,
+        &["magic", "quell", "svgf", "bmfr", "accumulate", "none"],
+    );
     assert_fails(
         &demo(&["replay", "x", "--out", "y", "--max-history", "0"]),
         2,

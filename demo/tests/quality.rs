@@ -11,7 +11,7 @@ const FRAMES: u32 = 10;
 const REFERENCE_SPP: u32 = 64;
 
 #[test]
-fn quell_beats_accumulation_on_a_traced_walk() {
+fn quell_and_the_peers_beat_accumulation_on_a_traced_walk() {
     let gpu =
         Gpu::new().expect("tests need a Vulkan driver; Mesa's works without a GPU (mesa-vulkan-drivers)");
     let options = WalkOptions {
@@ -26,7 +26,7 @@ fn quell_beats_accumulation_on_a_traced_walk() {
     };
     let walk = Walk::new(&gpu, options).unwrap();
     let settings = quell::Settings::default();
-    let mut runners = [Method::None, Method::Accumulate, Method::Quell]
+    let mut runners = [Method::None, Method::Accumulate, Method::Quell, Method::Svgf, Method::Bmfr]
         .map(|method| MethodRunner::new(&gpu, method, 160, 90).unwrap());
     for i in 0..FRAMES {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -38,7 +38,7 @@ fn quell_beats_accumulation_on_a_traced_walk() {
         gpu.queue.submit([encoder.finish()]);
     }
     let reference = walk.reference(&gpu, FRAMES - 1, REFERENCE_SPP, |_| {}).unwrap();
-    let [none, accumulate, quell] = runners.map(|runner| {
+    let [none, accumulate, quell, svgf, bmfr] = runners.map(|runner| {
         let image = ImageRgb::read_back(&gpu, runner.output().texture()).unwrap();
         let metrics: FrameMetrics = compare(&image, &reference).unwrap();
         println!("{:<12} {:.2} dB, SSIM {:.4}", runner.method().name(), metrics.psnr_db, metrics.ssim);
@@ -47,4 +47,7 @@ fn quell_beats_accumulation_on_a_traced_walk() {
     assert!(accumulate.psnr_db > none.psnr_db + 1.0, "the peer is one worth beating");
     assert!(quell.psnr_db > accumulate.psnr_db + 3.0);
     assert!(quell.ssim > accumulate.ssim);
+    for peer in [svgf, bmfr] {
+        assert!(peer.psnr_db > accumulate.psnr_db + 1.0 && peer.ssim > accumulate.ssim);
+    }
 }

@@ -103,6 +103,34 @@ fn check_metrics(path: &Path) {
 }
 
 #[test]
+fn any_methods_are_rendered_side_by_side() {
+    let folder = tempfile::tempdir().unwrap();
+    let more =
+        ["--reference", "2", "--reference-frames", "2", "--method", "svgf,bmfr", "--method", "none,svgf"];
+    let summary = assert_succeeds(&walk("render", folder.path(), &more));
+    assert!(!summary.contains("quell"), "{summary}");
+    let json = std::fs::read_to_string(folder.path().join("metrics.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let names: Vec<_> = json["methods"].as_array().unwrap().iter().map(|m| &m["method"]).collect();
+    assert_eq!(names, ["svgf", "bmfr", "none"], "in the order asked for, none twice");
+    let [noisy, svgf, bmfr] = ["noisy", "svgf", "bmfr"].map(|name| {
+        assert_eq!(files_in(&folder.path().join(name)), FRAMES, "{name}");
+        frame_png(&folder.path().join(name), 2)
+    });
+    assert!(mean_difference(&noisy, &svgf) > 1.0 && mean_difference(&svgf, &bmfr) > 1.0);
+    assert!(!folder.path().join("denoised").exists());
+    // Three methods and the reference in one row.
+    let sheet = png(&folder.path().join("contact_sheet.png"));
+    assert!(sheet.width() >= 4 * SIZE.0 && sheet.height() < 2 * SIZE.1, "{:?}", sheet.dimensions());
+    let wrong = ["--method", "svgf,magic"];
+    assert_fails(
+        &walk("render", folder.path(), &wrong),
+        2,
+        &["magic", "quell", "svgf", "bmfr", "accumulate"],
+    );
+}
+
+#[test]
 fn the_seed_decides_the_noise() {
     let folder = tempfile::tempdir().unwrap();
     let noisy = |name: &str, more: &[&str]| {

@@ -1,5 +1,31 @@
-//! Other methods, to compare the denoiser with.
+//! Other methods, to compare the denoiser with, each written from its paper over the same images.
 
 mod accumulate;
+mod bmfr;
+mod frame;
+mod shaders;
+mod svgf;
 
-pub use accumulate::{Accumulate, AccumulateFrame};
+pub use accumulate::Accumulate;
+pub use bmfr::Bmfr;
+pub use frame::PeerFrame;
+pub use svgf::Svgf;
+
+use quell::Allocation;
+
+/// The uniform `frame` at binding 0 and images after it.
+fn views<'a>(
+    frame: wgpu::BindingResource<'a>,
+    views: &[&'a wgpu::TextureView],
+) -> Vec<wgpu::BindingResource<'a>> {
+    std::iter::once(frame).chain(views.iter().map(|view| wgpu::BindingResource::TextureView(view))).collect()
+}
+
+/// Names of images, one of each, and how many there are.
+fn allocations(images: &[(&'static str, &wgpu::TextureView, u64)]) -> Vec<Allocation> {
+    let allocation = |&(name, view, count)| {
+        let one = Allocation::of_image(name, view);
+        Allocation { bytes: count * one.bytes, ..one }
+    };
+    images.iter().map(allocation).collect()
+}

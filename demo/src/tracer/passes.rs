@@ -2,6 +2,7 @@
 
 use super::images::ImageArray;
 use super::shaders;
+use crate::compute::{Binding, Pass, PassDescriptor, bind, layout};
 use crate::gbuffer::GBuffer;
 use crate::gpu::Gpu;
 use anyhow::{Context, Result};
@@ -35,24 +36,6 @@ pub(super) struct Passes {
     accumulate: Pass,
 }
 
-/// A pipeline and the layout of the last of its bind groups, which holds its images.
-#[derive(Debug)]
-struct Pass {
-    name: &'static str,
-    pipeline: wgpu::ComputePipeline,
-    layout: wgpu::BindGroupLayout,
-}
-
-#[derive(Clone, Copy)]
-enum Binding {
-    /// A float texture that is only loaded from.
-    Texels,
-    ImageArray,
-    Sampler,
-    Uniform,
-    Store(wgpu::TextureFormat),
-}
-
 /// `@workgroup_size` of every pass, in both directions.
 const WORKGROUP: u32 = 8;
 
@@ -65,8 +48,13 @@ impl Passes {
             &[Texels, Texels, Texels, Texels, ImageArray, ImageArray, Sampler, Texels],
         );
         let frame_layout = layout(device, "frame", &[Uniform]);
-        let pass = |name, bindings: &[Binding]| {
-            Pass::new(device, name, &[&scene_layout, &frame_layout], layout(device, name, bindings))
+        let pass = |name, bindings: &[Binding]| -> Result<Pass> {
+            let source = shaders::source(name).with_context(|| format!("shader {name} lacks an include"))?;
+            // Averaging needs neither scene nor frame.
+            let shared: &[_] = if name == "accumulate" { &[] } else { &[&scene_layout, &frame_layout] };
+            let descriptor =
+                PassDescriptor { name, source, shared, bindings, constants: &[], tile: WORKGROUP };
+            Ok(Pass::new(device, descriptor))
         };
         Ok(Self {
             visibility: pass(
@@ -75,12 +63,7 @@ impl Passes {
             )?,
             surface: pass("surface", &[Texels, Store(Rgba16Float), Store(Rgba16Float), Store(Rgba16Float)])?,
             trace: pass("trace", &[Texels, Store(Rgba32Float), Store(R32Uint)])?,
-            accumulate: Pass::new(
-                device,
-                "accumulate",
-                &[],
-                layout(device, "accumulate", &[Texels, Texels, Store(Rgba32Float), Uniform]),
-            )?,
+            accumulate: pass("accumulate", &[Texels, Texels, Store(Rgba32Float), Uniform])?,
             scene_layout,
             frame_layout,
         })
@@ -129,7 +112,7 @@ impl Passes {
         let last = frames.len() - 1;
         for (i, (pass, views)) in frames.into_iter().enumerate() {
             let resources: Vec<_> = views.into_iter().map(wgpu::BindingResource::TextureView).collect();
-            let images = bind(&gpu.device, pass.name, &pass.layout, &resources);
+            let images = pass.bind(&gpu.device, &resources);
             let times = timestamps.map(|t| wgpu::ComputePassTimestampWrites {
                 query_set: t.query_set,
                 beginning_of_pass_write_index: (i == 0).then_some(t.first_query),
@@ -152,101 +135,8 @@ impl Passes {
     ) {
         let view = wgpu::BindingResource::TextureView;
         let resources = [view(radiance), view(prev_mean), view(mean), parameters.as_entire_binding()];
-        let images = bind(&gpu.device, "accumulate", &self.accumulate.layout, &resources);
+        let images = self.accumulate.bind(&gpu.device, &resources);
         let size = mean.texture().size();
         self.accumulate.dispatch(encoder, &[&images], [size.width, size.height], None);
     }
-}
-
-impl Pass {
-    fn new(
-        device: &wgpu::Device,
-        name: &'static str,
-        shared: &[&wgpu::BindGroupLayout],
-        own: wgpu::BindGroupLayout,
-    ) -> Result<Self> {
-        let source = shaders::source(name).with_context(|| format!("shader {name} lacks an include"))?;
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(name),
-            source: wgpu::ShaderSource::Wgsl(source.into()),
-        });
-        let layouts: Vec<_> = shared.iter().copied().chain([&own]).map(Some).collect();
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(name),
-            bind_group_layouts: &layouts,
-            immediate_size: 0,
-        });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(name),
-            layout: Some(&pipeline_layout),
-            module: &module,
-            entry_point: Some(name),
-            compilation_options: Default::default(),
-            cache: None,
-        });
-        Ok(Self { name, pipeline, layout: own })
-    }
-
-    fn dispatch(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        groups: &[&wgpu::BindGroup],
-        [width, height]: [u32; 2],
-        timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
-    ) {
-        let mut pass = encoder
-            .begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(self.name), timestamp_writes });
-        pass.set_pipeline(&self.pipeline);
-        for (i, group) in groups.iter().enumerate() {
-            pass.set_bind_group(i as u32, *group, &[]);
-        }
-        pass.dispatch_workgroups(width.div_ceil(WORKGROUP), height.div_ceil(WORKGROUP), 1);
-    }
-}
-
-fn layout(device: &wgpu::Device, label: &str, bindings: &[Binding]) -> wgpu::BindGroupLayout {
-    let entry = |(i, binding): (usize, &Binding)| wgpu::BindGroupLayoutEntry {
-        binding: i as u32,
-        visibility: wgpu::ShaderStages::COMPUTE,
-        ty: match *binding {
-            Binding::Texels => wgpu::BindingType::Texture {
-                sample_type: wgpu::TextureSampleType::Float { filterable: false },
-                view_dimension: wgpu::TextureViewDimension::D2,
-                multisampled: false,
-            },
-            Binding::ImageArray => wgpu::BindingType::Texture {
-                sample_type: wgpu::TextureSampleType::Float { filterable: true },
-                view_dimension: wgpu::TextureViewDimension::D2Array,
-                multisampled: false,
-            },
-            Binding::Sampler => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
-            Binding::Uniform => wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Uniform,
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            Binding::Store(format) => wgpu::BindingType::StorageTexture {
-                access: wgpu::StorageTextureAccess::WriteOnly,
-                format,
-                view_dimension: wgpu::TextureViewDimension::D2,
-            },
-        },
-        count: None,
-    };
-    let entries: Vec<_> = bindings.iter().enumerate().map(entry).collect();
-    device
-        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
-}
-
-fn bind(
-    device: &wgpu::Device,
-    label: &str,
-    layout: &wgpu::BindGroupLayout,
-    resources: &[wgpu::BindingResource<'_>],
-) -> wgpu::BindGroup {
-    let entries: Vec<_> = (0..)
-        .zip(resources)
-        .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource: resource.clone() })
-        .collect();
-    device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
 }

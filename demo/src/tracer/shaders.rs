@@ -1,17 +1,12 @@
 //! The tracer's WGSL, joined from files: a line `//!include name` stands for `shaders/include/name.wgsl`.
 
-use std::borrow::Cow;
-
-macro_rules! wgsl {
-    ($($name:literal),* $(,)?) => {
-        [$(($name, include_str!(concat!("../../shaders/", $name, ".wgsl")))),*]
-    };
-}
+use crate::compute::{join_wgsl, wgsl_files};
 
 /// Every pass, by the name of its file, its entry point and its label.
-const PASSES: [(&str, &str); 4] = wgsl!["visibility", "surface", "trace", "accumulate"];
+const PASSES: [(&str, &str); 4] = wgsl_files!["", "visibility", "surface", "trace", "accumulate"];
 
-const INCLUDES: [(&str, &str); 9] = wgsl![
+const INCLUDES: [(&str, &str); 9] = wgsl_files![
+    "",
     "include/random",
     "include/scene",
     "include/images",
@@ -31,17 +26,5 @@ pub fn passes() -> impl Iterator<Item = &'static str> {
 /// The WGSL of a pass with everything it includes; `None` for a name that is no pass.
 pub fn source(pass: &str) -> Option<String> {
     let (_, text) = PASSES.into_iter().find(|(name, _)| *name == pass)?;
-    let mut joined = String::new();
-    for line in text.lines() {
-        let part: Cow<str> = match line.strip_prefix("//!include ") {
-            Some(name) => {
-                let file = format!("include/{}", name.trim());
-                INCLUDES.into_iter().find(|(name, _)| *name == file)?.1.into()
-            }
-            None => line.into(),
-        };
-        joined.push_str(&part);
-        joined.push('\n');
-    }
-    Some(joined)
+    join_wgsl(text, &INCLUDES)
 }

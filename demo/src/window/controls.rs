@@ -42,6 +42,7 @@ pub fn is_ours(key: KeyCode) -> bool {
             | KeyF
             | KeyN
             | KeyR
+            | KeyC
             | KeyM
             | KeyH
             | Tab
@@ -72,6 +73,7 @@ impl Controls {
             KeyCode::Space => view.paused = !view.paused,
             KeyCode::KeyN => (view.paused, view.step) = (true, true),
             KeyCode::KeyR => view.restart = true,
+            KeyCode::KeyC => view.next_rival(),
             KeyCode::KeyF => view.free_flight = !view.free_flight,
             KeyCode::Tab | KeyCode::KeyH => view.panel = !view.panel,
             _ => {
@@ -117,6 +119,7 @@ impl Controls {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::method::Method;
 
     #[test]
     fn keys_do_what_the_panel_says() {
@@ -133,6 +136,10 @@ mod tests {
         assert!(!view.panel);
         press(KeyCode::KeyF, &mut view);
         assert!(view.free_flight);
+        press(KeyCode::Digit2, &mut view);
+        assert_eq!(view.mode, ViewMode::Rival);
+        press(KeyCode::KeyC, &mut view);
+        assert_eq!(view.rival, Method::Svgf);
     }
 
     #[test]

@@ -50,7 +50,8 @@ pub struct FrameRequest<'a> {
 #[derive(Debug, Clone)]
 pub struct FrameImages {
     pub noisy: Option<wgpu::TextureView>,
-    pub accumulated: Option<wgpu::TextureView>,
+    /// Of `ViewState::rival`.
+    pub rival: Option<wgpu::TextureView>,
     pub denoised: wgpu::TextureView,
     pub reference: Option<wgpu::TextureView>,
     /// Where `ViewState::debug` is set.

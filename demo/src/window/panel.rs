@@ -1,6 +1,6 @@
 //! The side panel: what is shown, the denoiser's settings, times.
 
-use super::view_state::{ViewMode, ViewState};
+use super::view_state::{RIVALS, ViewMode, ViewState, rival_name};
 use egui::{Color32, ComboBox, Pos2, Rect, Sense, Slider, Stroke, Ui, Vec2};
 use quell::{Centres, DebugView, Windows};
 use std::collections::VecDeque;
@@ -58,14 +58,22 @@ fn section(ui: &mut Ui, title: &str, contents: impl FnOnce(&mut Ui)) {
 fn image_controls(ui: &mut Ui, view: &mut ViewState) {
     ui.horizontal_wrapped(|ui| {
         for (mode, key) in ViewMode::ALL.into_iter().zip(1..) {
-            ui.selectable_value(&mut view.mode, mode, mode.name()).on_hover_text(format!("Key {key}"));
+            let name = view.name(mode);
+            ui.selectable_value(&mut view.mode, mode, name).on_hover_text(format!("Key {key}"));
+        }
+    });
+    ComboBox::from_label("Rival").selected_text(rival_name(view.rival)).show_ui(ui, |ui| {
+        for rival in RIVALS {
+            ui.selectable_value(&mut view.rival, rival, rival_name(rival));
         }
     });
     if view.mode == ViewMode::Split {
+        let names = ViewMode::IMAGES.map(|image| (image, view.name(image)));
         for (label, side) in ["Left", "Right"].into_iter().zip(&mut view.split_sides) {
-            ComboBox::from_label(label).selected_text(side.name()).show_ui(ui, |ui| {
-                for image in ViewMode::IMAGES {
-                    ui.selectable_value(side, image, image.name());
+            let name = names.iter().find(|(image, _)| image == side).map_or("", |(_, name)| name);
+            ComboBox::from_label(label).selected_text(name).show_ui(ui, |ui| {
+                for (image, name) in names {
+                    ui.selectable_value(side, image, name);
                 }
             });
         }
@@ -170,8 +178,9 @@ fn pass_times(ui: &mut Ui, passes: &[(String, f32)]) {
 }
 
 /// Key and what it does, as the window handles them.
-const KEYS: [(&str, &str); 11] = [
+const KEYS: [(&str, &str); 12] = [
     ("1 - 5", "image"),
+    ("C", "show or change the rival"),
     ("Space", "pause"),
     ("N", "single step"),
     ("R", "restart"),

@@ -318,7 +318,7 @@ impl<S: FrameSource> Running<S> {
     ) {
         let image = |mode| match mode {
             ViewMode::Noisy => images.noisy.as_ref(),
-            ViewMode::Accumulated => images.accumulated.as_ref(),
+            ViewMode::Rival => images.rival.as_ref(),
             ViewMode::Reference => images.reference.as_ref(),
             ViewMode::Denoised | ViewMode::Split => None,
         };

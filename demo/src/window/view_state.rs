@@ -1,5 +1,6 @@
 //! What the window shows, and what its user has set.
 
+use crate::method::Method;
 use quell::{DebugView, Settings};
 
 /// Which image is shown.
@@ -7,8 +8,8 @@ use quell::{DebugView, Settings};
 pub enum ViewMode {
     /// The path tracer's output.
     Noisy,
-    /// Plain temporal accumulation.
-    Accumulated,
+    /// The output of the method that the denoiser is compared with, [`ViewState::rival`].
+    Rival,
     /// The denoiser's output.
     Denoised,
     /// The converging path trace.
@@ -19,14 +20,14 @@ pub enum ViewMode {
 
 impl ViewMode {
     /// In the order of their keys, 1 to 5.
-    pub const ALL: [Self; 5] = [Self::Noisy, Self::Accumulated, Self::Denoised, Self::Reference, Self::Split];
+    pub const ALL: [Self; 5] = [Self::Noisy, Self::Rival, Self::Denoised, Self::Reference, Self::Split];
     /// Those that are one image.
-    pub const IMAGES: [Self; 4] = [Self::Noisy, Self::Accumulated, Self::Denoised, Self::Reference];
+    pub const IMAGES: [Self; 4] = [Self::Noisy, Self::Rival, Self::Denoised, Self::Reference];
 
     pub fn name(self) -> &'static str {
         match self {
             Self::Noisy => "Noisy",
-            Self::Accumulated => "Accumulated",
+            Self::Rival => "Rival",
             Self::Denoised => "Denoised",
             Self::Reference => "Reference",
             Self::Split => "Split",
@@ -34,10 +35,25 @@ impl ViewMode {
     }
 }
 
+/// Methods that the denoiser can be compared with, in the order that their key goes through.
+pub const RIVALS: [Method; 3] = [Method::Accumulate, Method::Svgf, Method::Bmfr];
+
+/// As the panel names it.
+pub fn rival_name(rival: Method) -> &'static str {
+    match rival {
+        Method::Svgf => "SVGF",
+        Method::Bmfr => "BMFR",
+        Method::Accumulate => "Accumulated",
+        other => other.name(),
+    }
+}
+
 /// Everything that the panel and the keys change.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ViewState {
     pub mode: ViewMode,
+    /// One of [`RIVALS`].
+    pub rival: Method,
     /// The images left and right in [`ViewMode::Split`]; each one of [`ViewMode::IMAGES`].
     pub split_sides: [ViewMode; 2],
     /// Where the line is, as a part of the image's width.
@@ -66,6 +82,7 @@ impl Default for ViewState {
     fn default() -> Self {
         Self {
             mode: ViewMode::Denoised,
+            rival: RIVALS[0],
             split_sides: [ViewMode::Noisy, ViewMode::Denoised],
             split: 0.5,
             debug: None,
@@ -89,6 +106,30 @@ impl ViewState {
             ViewMode::Split => self.split_sides.contains(&image),
             mode => mode == image,
         }
+    }
+
+    /// What an image is called.
+    pub fn name(&self, image: ViewMode) -> &'static str {
+        match image {
+            ViewMode::Rival => rival_name(self.rival),
+            image => image.name(),
+        }
+    }
+
+    /// Goes on to the next rival, and shows it where none is on screen: in a split in the place of what is not
+    /// denoised.
+    pub fn next_rival(&mut self) {
+        let shown = self.shows(ViewMode::Rival);
+        if shown {
+            let at = RIVALS.iter().position(|&rival| rival == self.rival).map_or(0, |at| at + 1);
+            self.rival = RIVALS[at % RIVALS.len()];
+        } else if self.mode == ViewMode::Split {
+            let side = usize::from(self.split_sides[0] == ViewMode::Denoised);
+            self.split_sides[side] = ViewMode::Rival;
+        } else {
+            self.mode = ViewMode::Rival;
+        }
+        self.debug = None;
     }
 
     /// How far scene time moves with this frame, given the time since the last one. Ends a single step.
@@ -121,6 +162,24 @@ mod tests {
         view.step = true;
         assert_eq!(view.take_time_step(0.5), SINGLE_STEP_S);
         assert_eq!(view.take_time_step(0.5), 0.0);
+    }
+
+    #[test]
+    fn the_first_press_shows_the_rival_and_others_change_it() {
+        let mut view = ViewState::default();
+        view.next_rival();
+        assert_eq!((view.mode, view.rival), (ViewMode::Rival, Method::Accumulate));
+        let names = [0; 4].map(|_| {
+            view.next_rival();
+            view.name(ViewMode::Rival)
+        });
+        assert_eq!(names, ["SVGF", "BMFR", "Accumulated", "SVGF"]);
+        view.mode = ViewMode::Split;
+        view.next_rival();
+        assert_eq!(view.split_sides, [ViewMode::Rival, ViewMode::Denoised]);
+        assert_eq!(view.rival, Method::Svgf);
+        view.next_rival();
+        assert_eq!(view.rival, Method::Bmfr);
     }
 
     #[test]

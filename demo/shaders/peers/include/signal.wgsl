@@ -1,0 +1,21 @@
+// How radiance and the signal that is filtered belong together: radiance = signal * demodulator + emission, as in the
+// denoiser, so that no method has an advantage by it.
+
+const ALBEDO_FLOOR = 0.02; // keeps black surfaces from blowing noise up
+
+fn demodulator(albedo: vec3<f32>) -> vec3<f32> {
+    return max(select(vec3(1.0), albedo, all_finite(albedo)), vec3(ALBEDO_FLOOR));
+}
+
+fn demodulated(radiance: vec3<f32>, albedo: vec3<f32>, emission: vec3<f32>) -> vec3<f32> {
+    return sanitise((sanitise(radiance) - sanitise(emission)) / demodulator(albedo));
+}
+
+fn remodulated(signal: vec3<f32>, albedo: vec3<f32>, emission: vec3<f32>) -> vec3<f32> {
+    return sanitise(signal * demodulator(albedo) + sanitise(emission));
+}
+
+// Rec. 709.
+fn luminance(color: vec3<f32>) -> f32 {
+    return dot(color, vec3(0.2126, 0.7152, 0.0722));
+}
