@@ -64,7 +64,7 @@ fn a_pixel_alone_is_accumulated_with_the_papers_weights() {
         let (mut count, mut mean, mut of_fits) = (0.0, 0.0, 0.0);
         for (i, &sample) in samples.iter().enumerate() {
             count = if i == restart { 1.0 } else { f32::min(count + 1.0, max_history) };
-            // SVGF, section 5: alpha = 0.2. BMFR: 0.2 before the fit, which is the mean here, and 0.1 after it.
+            // SVGF: alpha = 0.2. BMFR: 0.2 before the fit, which is the mean here, and 0.1 after it.
             mean += (sample - mean) * f32::max(0.2, 1.0 / count);
             of_fits += (mean - of_fits) * f32::max(0.1, 1.0 / count);
             assert_near(pixel(&svgf[i]), 0.5 * mean, 2e-3);

@@ -3,7 +3,7 @@
 // Reads:  the G-buffer of this frame; mean, count and surfaces of the previous one.
 // Writes: mean of the demodulated signal and its count; surfaces; where history was found.
 // Source: Koskela et al., "Blockwise Multi-Order Feature Regression for Real-Time Path-Tracing Reconstruction"
-//         (TOG 2019), section 3.2 (input accumulation).
+//         (TOG 2019): temporal accumulation of the noisy data.
 
 //!include frame
 //!include surface

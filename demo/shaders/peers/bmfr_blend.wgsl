@@ -4,7 +4,7 @@
 //         radiance, albedo and emission of this frame.
 // Writes: the accumulated signal; radiance composed from it.
 // Source: Koskela et al., "Blockwise Multi-Order Feature Regression for Real-Time Path-Tracing Reconstruction"
-//         (TOG 2019), section 3.4 (accumulation of the fitted frame).
+//         (TOG 2019): temporal accumulation of the filtered data.
 
 //!include frame
 //!include signal

@@ -3,7 +3,7 @@
 // Reads:  the accumulated signal; normal and depth of this frame.
 // Writes: the fitted signal.
 // Source: Koskela et al., "Blockwise Multi-Order Feature Regression for Real-Time Path-Tracing Reconstruction"
-//         (TOG 2019), section 3.3: blocks of 32x32 pixels that shift from frame to frame, features of first and
+//         (TOG 2019), the regression itself: blocks of 32x32 pixels that shift from frame to frame, features of first and
 //         second order, Householder QR, and noise in the features against rank deficiency.
 //
 // One workgroup per block. A thread holds four rows of the block's matrix in registers. The triangle that they are
@@ -97,7 +97,7 @@ fn range_of_block(thread: u32, own: Range) -> Range {
     return range;
 }
 
-// Section 3.3: features are scaled to -1 to 1 within the block. Squares are taken of scaled positions: with the
+// The paper's features are scaled to -1 to 1 within the block. Squares are taken of scaled positions: with the
 // constant and linear features they span what squares of world positions span, and keep their digits far from the
 // origin.
 fn scaled(position: vec3<f32>, range: Range) -> vec3<f32> {

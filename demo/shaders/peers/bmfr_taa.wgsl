@@ -3,7 +3,7 @@
 // Reads:  composed radiance, motion and depth of this frame; what this pass wrote for the previous one.
 // Writes: the output, and the same as history.
 // Source: Koskela et al., "Blockwise Multi-Order Feature Regression for Real-Time Path-Tracing Reconstruction"
-//         (TOG 2019), section 3.4; history is clamped to the neighbourhood in YCoCg as in Karis, "High Quality Temporal
+//         (TOG 2019), its last step; history is clamped to the neighbourhood in YCoCg as in Karis, "High Quality Temporal
 //         Supersampling" (SIGGRAPH courses 2014), to the mean of the boxes of 3x3 pixels and of the cross in it.
 
 //!include frame

@@ -27,7 +27,7 @@
 @group(0) @binding(13) var out_state: texture_storage_2d<rg32uint, write>;
 @group(0) @binding(14) var out_surface: texture_storage_2d<rg32uint, write>;
 
-// Weight of a new frame in colour and moments, at least (section 5: alpha = 0.2 for both).
+// Weight of a new frame in colour and moments, at least (the paper's, for both).
 const ALPHA = 0.2;
 // The history's length saturates here: 8 bits hold it.
 const LONGEST = 255.0;
@@ -109,7 +109,7 @@ fn svgf_temporal(@builtin(global_invocation_id) id: vec3<u32>) {
     if textureLoad(sample_count, pixel, 0).r > 0u && all_finite(seen) {
         let sample = demodulated(seen, textureLoad(albedo, pixel, 0).rgb, textureLoad(emission, pixel, 0).rgb);
         length = min(length + 1.0, LONGEST);
-        // Equation 1, beginning with the plain mean.
+        // Exponential, beginning with the plain mean.
         let alpha = max(ALPHA, 1.0 / min(length, frame.max_history));
         let l = luminance(sample);
         color = mix(color, sample, alpha);

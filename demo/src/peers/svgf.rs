@@ -1,9 +1,9 @@
 //! SVGF: Schied et al., "Spatiotemporal Variance-Guided Filtering: Real-Time Reconstruction for Path-Traced Global
 //! Illumination" (HPG 2017).
 //!
-//! Five passes as in the paper's figure 2, on illumination without albedo (section 3): temporal accumulation of
-//! colour and moments (4.1), variance (4.2), and five levels of an edge-avoiding wavelet filter (4.3, 4.4), of which
-//! the first one's result is the colour history of the next frame.
+//! On illumination without albedo (section 3): temporal accumulation of colour and moments (4.1), variance (4.2), and
+//! five levels of an edge-avoiding wavelet filter (4.3, 4.4), of which the first one's result is the colour history of
+//! the next frame.
 //!
 //! Beyond the paper: surface ids stop the filter as they stop reprojection, and a pixel without a sample takes its
 //! colour from its neighbours.

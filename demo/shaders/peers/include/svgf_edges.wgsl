@@ -1,7 +1,7 @@
-// SVGF's edge-stopping functions on geometry: section 4.4, equations 3 (depth) and 4 (normal). Depth is view depth,
+// SVGF's edge-stopping functions on geometry: section 4.4. Depth is view depth,
 // which like the paper's clip-space depth is not divided by w.
 
-// Section 5.
+// The paper's values (section 4.4).
 const SIGMA_DEPTH = 1.0;
 const SIGMA_NORMAL = 128.0;
 // The small value that the paper adds against division by zero, as a part of depth. Along lines of equal depth it is

@@ -3,7 +3,7 @@
 
 // Pixels between taps: 2^level (section 4.3).
 override STEP: i32 = 1;
-// Section 5.
+// The paper's value (section 4.4).
 const SIGMA_LUMINANCE = 4.0;
 // Against division by zero where nothing varies.
 const LUMINANCE_EPSILON = 1e-6;
@@ -13,7 +13,7 @@ fn spline(distance: i32) -> f32 {
     return select(select(1.0 / 16.0, 1.0 / 4.0, distance == 1), 3.0 / 8.0, distance == 0);
 }
 
-// Equation 5: the variance under a 3x3 Gaussian, because that of one pixel is itself noisy.
+// The variance under a 3x3 Gaussian, because that of one pixel is itself noisy.
 fn blurred_variance(pixel: vec2<i32>) -> f32 {
     var sum = 0.0;
     var total = 0.0;
@@ -62,7 +62,7 @@ fn filtered(pixel: vec2<i32>) -> vec4<f32> {
             if has_estimate {
                 weight *= exp(-abs(l - luminance(tap_color.rgb)) * deviations);
             }
-            // Equation 2, and the variance of a weighted mean of independent values.
+            // Section 4.3: the weighted mean, and the variance of a weighted mean of independent values.
             sum += weight * tap_color.rgb;
             variance += weight * weight * tap_color.a;
             total += weight;
