@@ -8,7 +8,7 @@
 //         fall-back for short histories: Schied et al. 2017, section 4.2; truncated means: Bubeck, Cesa-Bianchi and Lugosi,
 //         "Bandits with Heavy Tail", 2013, section 2.1; moments: Moon et al. 2015, section 4
 
-//!include frame numbers noise surface signal features models innovations tile_moments
+//!include frame numbers noise surface signal features linear_model models innovations tile_moments
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var signal: texture_2d<u32>;
@@ -16,7 +16,7 @@
 @group(0) @binding(3) var sample_count: texture_2d<u32>;
 @group(0) @binding(4) var reprojected: texture_2d<u32>;
 @group(0) @binding(5) var reprojected_noise: texture_2d<u32>;
-@group(0) @binding(6) var<storage, read> innovations: array<f32>;
+@group(0) @binding(6) var<storage, read> innovations: array<vec4<f32>>;
 @group(0) @binding(7) var history: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(8) var noise: texture_storage_2d<r32uint, write>;
 @group(0) @binding(9) var<storage, read_write> moments: array<f32>;
@@ -59,11 +59,11 @@ fn enter_pixel(pixel: vec2<u32>, lane: u32) {
     if count <= 0.0 {
         return;
     }
-    write_surface(pixel, surface, lane);
-    columns[lane][SURFACE_FEATURES] = f32(pixel.x);
-    columns[lane][SURFACE_FEATURES + 1u] = f32(pixel.y);
+    enter_surface(pixel, surface, lane);
+    enter_column(lane, SURFACE_FEATURES, f32(pixel.x));
+    enter_column(lane, SURFACE_FEATURES + 1u, f32(pixel.y));
     for (var c = 0u; c < CHANNELS; c++) {
-        columns[lane][FEATURES + c] = mean[c];
+        enter_column(lane, FEATURES + c, mean[c]);
     }
     let own = unpack_noise(word, count);
     weights[lane] = count;
@@ -123,19 +123,24 @@ fn load_reprojected(pixel: vec2<u32>) -> vec4<f32> {
 
 // Inverse-variance weights within the tile, by its quarters: how noisy a pixel is cannot be told from its own samples, which
 // would favour those that happen to be dark. What tiles count for is judged in `fit`.
-const QUARTER_BITS = 36u; // of a lane's number, that tell its quarter
+const QUARTER_SIDE = TILE / 2u;
 const VARIANCE_FLOOR = 0.1;
 
+var<workgroup> quarters: array<vec2<f32>, 4>; // weighted variance, weight
+
 fn weigh_quarters(lane: u32) {
-    var quarter = vec2(0.0); // variance, weight
-    var whole = vec2(0.0);
-    for (var i = 0u; i < TILE_PIXELS; i++) {
-        let own = weights[i] * vec2(noises[i].x, 1.0);
-        whole += own;
-        quarter += select(vec2(0.0), own, ((i ^ lane) & QUARTER_BITS) == 0u);
+    if lane < 4u {
+        let corner = vec2(lane % 2u, lane / 2u) * QUARTER_SIDE;
+        for (var i = 0u; i < QUARTER_SIDE * QUARTER_SIDE; i++) {
+            let place = corner + vec2(i % QUARTER_SIDE, i / QUARTER_SIDE);
+            let member = place.y * TILE + place.x;
+            quarters[lane] += weights[member] * vec2(noises[member].x, 1.0);
+        }
     }
-    let ratio = quarter.x * whole.y / max(quarter.y * whole.x, 1e-30);
-    workgroupBarrier(); // all have read the weights that are now replaced
+    workgroupBarrier();
+    let whole = quarters[0] + quarters[1] + quarters[2] + quarters[3];
+    let own = quarters[lane % TILE / QUARTER_SIDE + 2u * (lane / (TILE * QUARTER_SIDE))];
+    let ratio = own.x * whole.y / max(own.y * whole.x, 1e-30);
     weights[lane] *= (1.0 + VARIANCE_FLOOR) / (ratio + VARIANCE_FLOOR);
     workgroupBarrier();
 }
@@ -151,7 +156,7 @@ struct Relit {
 const KALMAN_GAIN = 3.0; // how much less a history counts that was moved by a standard deviation of one sample
 const MOST_BRIGHTENING = 16.0; // of how far samples scatter: more is measured anew
 
-// Moves the history by the predicted change, blended between the four nearest tiles' models.
+// Moves the history by the predicted change, blended between the four nearest models.
 fn relight(pixel: vec2<u32>, surface: Surface) -> Relit {
     let old = load_reprojected(pixel);
     let old_noise = unpack_noise(textureLoad(reprojected_noise, pixel, 0).x, old.w);
@@ -159,25 +164,27 @@ fn relight(pixel: vec2<u32>, surface: Surface) -> Relit {
     if old.w <= 0.0 {
         return relit;
     }
-    let z = surface_features(surface, position_of(frame, frame.current, vec2<f32>(pixel), surface.depth));
-    let place = (vec2<f32>(pixel) + 0.5) / f32(TILE) - 0.5;
+    let position = position_of(frame, frame.current, vec2<f32>(pixel), surface.depth);
+    let z = surface_regressors(surface_features(surface, position), vec2(0.0));
+    // In units of centres, which are the middles of their tiles.
+    let place = (vec2<f32>(pixel) + 0.5 - 0.5 * f32(TILE)) / f32(TILE * INNOVATION_TILES);
     let corner = vec2<i32>(floor(place));
     let f = place - floor(place);
     var sum = vec4(0.0); // change; weight
     var spread = 0.0;    // what a sample may differ by
     for (var i = 0; i < 4; i++) {
         let step = vec2(i & 1, i >> 1u);
-        let tile = corner + step;
-        if any(tile < vec2(0)) || any(tile >= vec2<i32>(frame.tiles)) {
+        let centre = corner + step;
+        if any(centre < vec2(0)) || any(centre >= vec2<i32>(innovation_centres())) {
             continue;
         }
-        let start = (u32(tile.y) * frame.tiles.x + u32(tile.x)) * INNOVATION_STRIDE;
-        let samples = innovations[start + INNOVATION_SAMPLES];
-        if samples > 0.0 {
+        let start = (u32(centre.y) * innovation_centres().x + u32(centre.x)) * MODEL_STRIDE;
+        let head = innovations[start];
+        if head[HEAD_SAMPLES] > 0.0 {
             let sides = select(1.0 - f, f, step == vec2(1));
             let weight = sides.x * sides.y;
             sum += weight * vec4(predicted_change(start, z), 1.0);
-            spread += weight * sqrt(samples * innovations[start + INNOVATION_VARIANCE]);
+            spread += weight * sqrt(head[HEAD_SAMPLES] * head[HEAD_VARIANCE]);
         }
     }
     if sum.w <= 0.0 {
@@ -197,17 +204,13 @@ fn relight(pixel: vec2<u32>, surface: Surface) -> Relit {
     return relit;
 }
 
-fn predicted_change(start: u32, z: array<f32, SURFACE_FEATURES>) -> vec3<f32> {
-    var change = innovation_vector(start + INNOVATION_MEAN + SURFACE_FEATURES);
-    for (var i = 0u; i < SURFACE_FEATURES; i++) {
-        change += (z[i] - innovations[start + INNOVATION_MEAN + i])
-            * innovation_vector(start + INNOVATION_SLOPE + i * CHANNELS);
+fn predicted_change(start: u32, z: Regressors) -> vec3<f32> {
+    var value: vec3<f32>;
+    for (var c = 0u; c < CHANNELS; c++) {
+        let row = start + 1u + c * MODEL_ROW;
+        value[c] = dot(innovations[row], z[0]) + dot(innovations[row + 1u], z[1]) + dot(innovations[row + 2u], z[2]);
     }
-    return change;
-}
-
-fn innovation_vector(at: u32) -> vec3<f32> {
-    return vec3(innovations[at], innovations[at + 1u], innovations[at + 2u]);
+    return value;
 }
 
 struct Spread {

@@ -18,7 +18,7 @@
 
 const OWN_FEATURES = MODEL_OWN_FEATURES;
 const SMOOTH_RADIUS = 1; // pixels; a model's error is smooth over 3x3, noise is not
-const POOL_RADIUS = 2;   // pixels; squares are pooled over 5x5
+const POOL_RADIUS = 2;   // pixels; squares are pooled over 5x5, of which every other one tells enough: they overlap
 const CHANCE = 1.5;      // pooled smooth noise deviates by about as much as it is
 const BORDER = SMOOTH_RADIUS + POOL_RADIUS;
 const POOL_SIDE = 8 + 2 * POOL_RADIUS;
@@ -131,8 +131,8 @@ fn temporal_share(cell: i32) -> f32 {
     var squares = vec2(0.0); // squares of residuals and of deviations
     var variance = vec2(0.0);
     var pooled = 0.0;
-    for (var y = -POOL_RADIUS; y <= POOL_RADIUS; y++) {
-        for (var x = -POOL_RADIUS; x <= POOL_RADIUS; x++) {
+    for (var y = -POOL_RADIUS; y <= POOL_RADIUS; y += 2) {
+        for (var x = -POOL_RADIUS; x <= POOL_RADIUS; x += 2) {
             let tap = cell + y * SIDE + x;
             if related(cell, tap) {
                 squares += smoothed[tap];

@@ -3,7 +3,7 @@
 // Reads   guide, motion, prediction, history, noise, mix_weight, models, windows.
 // Writes  debug: the caller's image
 
-//!include frame numbers noise surface features models
+//!include frame numbers noise surface features linear_model models
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var guide: texture_2d<u32>;
@@ -12,7 +12,7 @@
 @group(0) @binding(4) var history: texture_2d<f32>;
 @group(0) @binding(5) var noise: texture_2d<u32>;
 @group(0) @binding(6) var mix_weight: texture_2d<u32>;
-@group(0) @binding(7) var<storage, read> models: array<f32>;
+@group(0) @binding(7) var<storage, read> models: array<vec4<f32>>;
 @group(0) @binding(8) var<storage, read> windows: array<u32>;
 @group(0) @binding(9) var debug: texture_storage_2d<rgba16float, write>;
 
@@ -101,16 +101,15 @@ fn models_picture(pixel: vec2<u32>) -> vec3<f32> {
                 continue;
             }
             let index = u32(tile.y) * frame.tiles.x + u32(tile.x);
-            let start = index * MODEL_STRIDE;
-            if windows[index] == 0u || models[start + MODEL_WEIGHT] <= 0.0 {
+            let head = models[index * MODEL_STRIDE];
+            if windows[index] == 0u || head[HEAD_TRUST] <= 0.0 {
                 continue;
             }
             let middle = (vec2<f32>(tile) + 0.5) * f32(TILE);
             let weight = tent(vec2<f32>(pixel) + 0.5 - middle, windows[index]);
             if weight > 0.0 {
                 count += 1.0;
-                sum += weight * models[start + MODEL_TRUST]
-                    * vec3(1.0, f32(windows[index]), models[start + MODEL_ERROR]);
+                sum += weight * head[HEAD_TRUST] * vec3(1.0, f32(windows[index]), head[HEAD_ERROR]);
             }
         }
     }

@@ -8,14 +8,14 @@
 // Source  Moon et al. 2015, section 4, with the recursion over pixels replaced by the equal sum of tile moments; Mallows,
 //         "Some Comments on Cp", Technometrics 1973
 
-//!include frame numbers surface features models window ridge
+//!include frame numbers surface features linear_model models window ridge
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> level: vec4<u32>; // its number in x
 @group(0) @binding(2) var<storage, read> moments: array<f32>;
 @group(0) @binding(3) var<storage, read> centre_list: array<u32>;
 @group(0) @binding(4) var<storage, read> levels: array<u32>;
-@group(0) @binding(5) var<storage, read_write> models: array<f32>;
+@group(0) @binding(5) var<storage, read_write> models: array<vec4<f32>>;
 @group(0) @binding(6) var<storage, read_write> windows: array<u32>;
 @group(0) @binding(7) var<storage, read_write> coverage: array<atomic<u32>>;
 
@@ -30,7 +30,7 @@ var<workgroup> ring_squares: array<f32, SQUARES>;
 // The model's error in luminance, as a linear form of the columns about the window's mean.
 var<workgroup> form: array<f32, COLUMNS>;
 var<workgroup> partial: array<f32, RIDGE_LANES>;
-var<workgroup> reduced: f32;
+var<workgroup> eighths: array<f32, 8>;
 
 // Variance of one sample over its squared mean that is believed; more comes of windows that are all but black.
 const MOST_NOISE = 1e3;
@@ -105,21 +105,15 @@ fn ring_error(lane: u32) -> f32 {
     for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
         sum += form_weight(entry) * ring_squares[entry];
     }
-    partial[lane] = sum;
-    workgroupBarrier();
-    if lane == 0u {
-        let total = partial_total();
-        var ring = 0.0;
-        var mean = 0.0;
-        for (var i = 0u; i < COLUMNS; i++) {
-            ring += form[i] * ring_sums[TILE_MEAN + i];
-            mean += form[i] * sums[TILE_MEAN + i];
-        }
-        mean /= max(sums[TILE_WEIGHT], 1e-30);
-        reduced = max(total + mean * (ring_sums[TILE_WEIGHT] * mean - 2.0 * ring), 0.0);
+    let total = workgroup_sum(sum, lane);
+    var ring = 0.0;
+    var mean = 0.0;
+    for (var i = 0u; i < COLUMNS; i++) {
+        ring += form[i] * ring_sums[TILE_MEAN + i];
+        mean += form[i] * sums[TILE_MEAN + i];
     }
-    workgroupBarrier();
-    return reduced;
+    mean /= max(sums[TILE_WEIGHT], 1e-30);
+    return max(total + mean * (ring_sums[TILE_WEIGHT] * mean - 2.0 * ring), 0.0);
 }
 
 fn join_ring(size: u32, lane: u32) {
@@ -172,9 +166,7 @@ fn form_square(lane: u32) -> f32 {
     for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
         sum += form_weight(entry) * ridge_squares[entry];
     }
-    partial[lane] = sum;
-    workgroupBarrier();
-    return max(partial_total(), 0.0);
+    return max(workgroup_sum(sum, lane), 0.0);
 }
 
 // What an entry of the squares counts for in the square of the form: twice off the diagonal.
@@ -183,23 +175,38 @@ fn form_weight(entry: u32) -> f32 {
     return select(2.0, 1.0, ij.x == ij.y) * form[ij.x] * form[ij.y];
 }
 
-fn partial_total() -> f32 {
+fn workgroup_sum(value: f32, lane: u32) -> f32 {
+    partial[lane] = value;
+    workgroupBarrier();
+    if lane < 8u {
+        var sum = 0.0;
+        for (var i = 8u * lane; i < 8u * lane + 8u; i++) {
+            sum += partial[i];
+        }
+        eighths[lane] = sum;
+    }
+    workgroupBarrier();
     var total = 0.0;
-    for (var i = 0u; i < RIDGE_LANES; i++) {
-        total += partial[i];
+    for (var i = 0u; i < 8u; i++) {
+        total += eighths[i];
     }
     return total;
 }
 
 // Mean squared error on the window, with what fitting has made it too small by.
 fn mallows_cp(residual: f32, size: u32) -> f32 {
-    var pixels = 0.0;
-    for (var t = 0u; t < WINDOW_TILES[size]; t++) {
-        pixels += select(0.0, f32(TILE * TILE), window[t][TILE_WEIGHT] > 0.0);
-    }
+    let pixels = f32(TILE * TILE * (WINDOW_TILES[size] - empty_tiles(size)));
     let parameters = f32(FEATURES + 1u);
     return residual / max(sums[TILE_WEIGHT], 1e-30)
         + 2.0 * parameters * noise_mean(TILE_FOUND) / max(pixels, 1.0);
+}
+
+fn empty_tiles(size: u32) -> u32 {
+    var count = 0u;
+    for (var t = 0u; t < WINDOW_TILES[size]; t++) {
+        count += select(0u, 1u, window_factors[t] == 0.0);
+    }
+    return count;
 }
 
 // Variance of one sample over its squared mean.
@@ -227,17 +234,12 @@ fn trust(residual: f32) -> f32 {
 
 fn write_model(start: u32, residual: f32, risk: f32, lane: u32) {
     if lane == 0u {
-        models[start + MODEL_WEIGHT] = sums[TILE_WEIGHT];
-        models[start + MODEL_NOISE_GAIN] = noise_gain();
-        models[start + MODEL_RELATIVE_NOISE] = relative_noise();
-        models[start + MODEL_TRUST] = trust(residual);
-        models[start + MODEL_ERROR] = max(risk - noise_mean(TILE_FOUND), 0.0);
+        let trusted = select(0.0, trust(residual), sums[TILE_WEIGHT] > 0.0);
+        let error = max(risk - noise_mean(TILE_FOUND), 0.0);
+        models[start] = vec4(trusted, noise_gain(), relative_noise(), error);
     }
-    if lane < COLUMNS {
-        models[start + MODEL_MEAN + lane] = column_mean(lane);
-    }
-    if lane < FEATURES * CHANNELS {
-        models[start + MODEL_SLOPE + lane] = ridge_slopes[lane / CHANNELS][lane % CHANNELS];
+    if lane < CHANNELS * MODEL_ROW {
+        models[start + 1u + lane] = model_part(lane / MODEL_ROW, lane % MODEL_ROW);
     }
 }
 

@@ -1,15 +1,15 @@
-// innovation: predicts the change of the light from the change of the samples, one linear model per tile.
+// innovation: predicts the change of the light from the change of the samples, linear models at every other tile.
 //
 // Reads   moments, of the change.
 // Writes  innovations (layout: include/innovations)
 // Source  Kalman, "A New Approach to Linear Filtering and Prediction Problems", 1960; shrinkage: James and Stein 1961; its
 //         threshold: Laurent and Massart, "Adaptive Estimation of a Quadratic Functional by Model Selection", 2000, lemma 1
 
-//!include frame numbers surface features innovations window ridge
+//!include frame numbers surface features linear_model innovations window ridge
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<storage, read> moments: array<f32>;
-@group(0) @binding(2) var<storage, read_write> innovations: array<f32>;
+@group(0) @binding(2) var<storage, read_write> innovations: array<vec4<f32>>;
 
 const OWN_FEATURES = INNOVATION_OWN_FEATURES;
 const RIDGE = 0.3; // of the total weight: a few pixels with features of their own are no light
@@ -24,8 +24,8 @@ var<workgroup> means: array<f32, TILE_SQUARES>;
 var<workgroup> significance: f32;
 
 @compute @workgroup_size(64)
-fn innovation(@builtin(workgroup_id) tile: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let samples = load_window(tile.xy, MOST_TILES, lane);
+fn innovation(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let samples = load_window(centre.xy * INNOVATION_TILES, MOST_TILES, lane);
     let weight = max(window_sum(TILE_WEIGHT, 0u, MOST_TILES), 1e-30);
     if lane < TILE_SQUARES {
         means[lane] = window_moment(lane, 0u, MOST_TILES) / weight; // of columns: about the origin
@@ -51,7 +51,7 @@ fn innovation(@builtin(workgroup_id) tile: vec3<u32>, @builtin(local_invocation_
         significance = significant_share(samples, weight);
     }
     workgroupBarrier();
-    write_model((tile.y * frame.tiles.x + tile.x) * INNOVATION_STRIDE, samples, lane);
+    write_model((centre.y * innovation_centres().x + centre.x) * MODEL_STRIDE, samples, lane);
 }
 
 fn column_mean(column: u32) -> f32 {
@@ -107,13 +107,9 @@ fn significant_share(samples: f32, weight: f32) -> f32 {
 
 fn write_model(start: u32, samples: f32, lane: u32) {
     if lane == 0u {
-        innovations[start + INNOVATION_SAMPLES] = samples;
-        innovations[start + INNOVATION_VARIANCE] = means[TILE_VARIANCE];
+        innovations[start] = vec4(samples, means[TILE_VARIANCE], 0.0, 0.0);
     }
-    if lane < COLUMNS {
-        innovations[start + INNOVATION_MEAN + lane] = column_mean(lane) * select(1.0, significance, lane >= FEATURES);
-    }
-    if lane < FEATURES * CHANNELS {
-        innovations[start + INNOVATION_SLOPE + lane] = ridge_slopes[lane / CHANNELS][lane % CHANNELS] * significance;
+    if lane < CHANNELS * MODEL_ROW {
+        innovations[start + 1u + lane] = significance * model_part(lane / MODEL_ROW, lane % MODEL_ROW);
     }
 }

@@ -5,11 +5,11 @@
 // Writes  prediction: predicted demodulated radiance, and what is known of its noise (layout: include/models)
 // Source  Moon et al. 2015, section 4.3: overlapping predictions are averaged
 
-//!include frame numbers surface features models
+//!include frame numbers surface features linear_model models
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var guide: texture_2d<u32>;
-@group(0) @binding(2) var<storage, read> models: array<f32>;
+@group(0) @binding(2) var<storage, read> models: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> windows: array<u32>;
 @group(0) @binding(4) var prediction: texture_storage_2d<rg32uint, write>;
 
@@ -44,7 +44,8 @@ fn predict(
 }
 
 fn average(pixel: vec2<u32>, surface: Surface, corner: vec2<i32>) -> Prediction {
-    let z = features(pixel, surface);
+    let position = position_of(frame, frame.current, vec2<f32>(pixel), surface.depth);
+    let z = surface_regressors(surface_features(surface, position), vec2<f32>(pixel));
     var sum = vec4(0.0);
     var noises = vec2(0.0); // gain, relative noise
     var bits = atomicLoad(&reaching);
@@ -54,11 +55,11 @@ fn average(pixel: vec2<u32>, surface: Surface, corner: vec2<i32>) -> Prediction 
         let tile = corner + vec2<i32>(vec2(slot % SIDE, slot / SIDE));
         let start = (u32(tile.y) * frame.tiles.x + u32(tile.x)) * MODEL_STRIDE;
         let middle = (vec2<f32>(tile) + 0.5) * f32(TILE);
-        let weight = tent(vec2<f32>(pixel) + 0.5 - middle, chosen[slot]) * models[start + MODEL_TRUST];
+        let head = models[start];
+        let weight = tent(vec2<f32>(pixel) + 0.5 - middle, chosen[slot]) * head[HEAD_TRUST];
         if weight > 0.0 {
             sum += weight * vec4(evaluate(start, z), 1.0);
-            noises += weight
-                * vec2(models[start + MODEL_NOISE_GAIN], models[start + MODEL_RELATIVE_NOISE]);
+            noises += weight * vec2(head[HEAD_NOISE_GAIN], head[HEAD_RELATIVE_NOISE]);
         }
     }
     if sum.w <= 0.0 {
@@ -76,31 +77,17 @@ fn look_at_tile(tile: vec2<i32>, own: vec2<i32>, slot: u32) {
     let size = windows[index];
     // From the middle of a tile to the nearest pixel of another.
     let gap = max(f32(TILE) * vec2<f32>(abs(tile - own)) - 0.5 * f32(TILE) + 0.5, vec2(0.0));
-    if size > 0u && tent(gap, size) > 0.0 && models[index * MODEL_STRIDE + MODEL_WEIGHT] > 0.0 {
+    if size > 0u && tent(gap, size) > 0.0 && models[index * MODEL_STRIDE][HEAD_TRUST] > 0.0 {
         chosen[slot] = size;
         atomicOr(&reaching, 1u << slot);
     }
 }
 
-fn features(pixel: vec2<u32>, surface: Surface) -> array<f32, FEATURES> {
-    let own = surface_features(surface, position_of(frame, frame.current, vec2<f32>(pixel), surface.depth));
-    var z: array<f32, FEATURES>;
-    for (var i = 0u; i < SURFACE_FEATURES; i++) {
-        z[i] = own[i];
-    }
-    z[SURFACE_FEATURES] = f32(pixel.x);
-    z[SURFACE_FEATURES + 1u] = f32(pixel.y);
-    return z;
-}
-
-fn evaluate(start: u32, z: array<f32, FEATURES>) -> vec3<f32> {
-    var value = model_vector(start + MODEL_MEAN + FEATURES);
-    for (var i = 0u; i < FEATURES; i++) {
-        value += (z[i] - models[start + MODEL_MEAN + i]) * model_vector(start + MODEL_SLOPE + i * CHANNELS);
+fn evaluate(start: u32, z: Regressors) -> vec3<f32> {
+    var value: vec3<f32>;
+    for (var c = 0u; c < CHANNELS; c++) {
+        let row = start + 1u + c * MODEL_ROW;
+        value[c] = dot(models[row], z[0]) + dot(models[row + 1u], z[1]) + dot(models[row + 2u], z[2]);
     }
     return value;
-}
-
-fn model_vector(at: u32) -> vec3<f32> {
-    return vec3(models[at], models[at + 1u], models[at + 2u]);
 }

@@ -86,9 +86,9 @@ fn enter_pixel(pixel: vec2<u32>, lane: u32) {
 
 // A pixel without samples or without history enters with weight 0.
 fn enter_change(pixel: vec2<u32>, surface: Surface, sample: Sample, old: vec4<f32>, lane: u32) {
-    write_surface(pixel, surface, lane);
+    enter_surface(pixel, surface, lane);
     for (var c = 0u; c < CHANNELS; c++) {
-        columns[lane][FEATURES + c] = sample.signal[c] - old[c];
+        enter_column(lane, FEATURES + c, sample.signal[c] - old[c]);
     }
     weights[lane] = sample.count;
 }

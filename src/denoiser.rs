@@ -40,7 +40,7 @@ struct Scratch {
     reprojected_noise: TextureView,
     /// Per tile: of the change of the light, later of the temporal means.
     moments: Buffer,
-    /// Per tile: of the innovation, later the sparse ones.
+    /// Those of the innovation, later the sparse ones, one per tile.
     models: Buffer,
     /// The window of each tile's model; 0 for no model.
     windows: Buffer,
@@ -196,7 +196,7 @@ impl Denoiser {
         passes.innovation.record(
             recorder,
             &InnovationViews { moments, innovations },
-            layout::tiles(self.size),
+            layout::innovation_centres(self.size),
         );
         passes.accumulate.record(
             recorder,

@@ -18,18 +18,20 @@ pub const WINDOW_TILES: [u32; 4] = [0, 5, 9, 25];
 pub const WIDEST_WINDOW_PX: u32 = 40;
 /// Coverage of a tile in the middle of one model.
 pub const COVERAGE_ONE: u32 = 256;
-/// What the sparse models are made of.
-pub const MODELS: Columns = Columns { features: SURFACE_FEATURES + 2, head: 5 };
-/// What the models of the innovation are made of.
-pub const INNOVATIONS: Columns = Columns { features: SURFACE_FEATURES, head: 2 };
+/// What the moments of the sparse models are made of.
+pub const MODELS: Columns = Columns { features: SURFACE_FEATURES + 2 };
+/// What the moments of the innovation are made of.
+pub const INNOVATIONS: Columns = Columns { features: SURFACE_FEATURES };
+/// Tiles from one centre of the innovation to the next.
+pub const INNOVATION_TILES: u32 = 2;
+/// Floats of a model of either kind: a head of 4, then 3 rows of 12.
+pub const MODEL_STRIDE: u32 = 40;
 
 /// Sizes that follow from the number of features, in floats.
 #[derive(Debug, Clone, Copy)]
 pub struct Columns {
     /// Features of a model, without the constant.
     pub features: u32,
-    /// Floats of a model before its means and slopes.
-    pub head: u32,
 }
 
 impl Columns {
@@ -45,10 +47,6 @@ impl Columns {
     pub const fn tile_stride(self) -> u32 {
         4 + self.columns() + self.squares()
     }
-    /// Floats of a model.
-    pub const fn model_stride(self) -> u32 {
-        self.head + self.columns() + 3 * self.features
-    }
 }
 
 /// Workgroup memory that the largest pass needs.
@@ -57,6 +55,11 @@ pub const WORKGROUP_BYTES: u64 = 12 * 1024;
 /// Tiles that cover `size` pixels.
 pub fn tiles(size: [u32; 2]) -> [u32; 2] {
     size.map(|side| side.div_ceil(TILE))
+}
+
+/// Centres of the innovation in a frame of `size` pixels.
+pub fn innovation_centres(size: [u32; 2]) -> [u32; 2] {
+    tiles(size).map(|side| side.div_ceil(INNOVATION_TILES))
 }
 
 /// `[8, 4]` has 32.
@@ -71,7 +74,7 @@ pub fn moments(tiles: u64) -> u64 {
 
 /// Floats of the models of `tiles`: first those of the innovation, then the sparse ones.
 pub fn models(tiles: u64) -> u64 {
-    tiles * u64::from(MODELS.model_stride())
+    tiles * u64::from(MODEL_STRIDE)
 }
 
 /// Refuses what the device cannot hold, before anything is created on it.

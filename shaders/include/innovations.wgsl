@@ -1,12 +1,16 @@
-// The models of the change of the light between the history and this frame's samples: how they lie in memory, one per tile.
-// Their features are those of the surface; not the history itself: single bright pixels of it would pass for light that left.
+// The models of the change of the light between the history and this frame's samples, one at every other tile: light changes
+// smoothly. Their features are those of the surface; not the history itself: single bright pixels of it would pass for light
+// that left.
 
 const INNOVATION_OWN_FEATURES = 0u;
+const INNOVATION_TILES = 2u; // from one centre to the next
 
-// A model in memory: samples in its window; variance of one of them; then the change at the origin
-// with the features there, and slopes per feature and channel. Both are shrunk by their significance already.
-const INNOVATION_SAMPLES = 0u;
-const INNOVATION_VARIANCE = 1u;
-const INNOVATION_MEAN = 2u;
-const INNOVATION_SLOPE = INNOVATION_MEAN + SURFACE_FEATURES + CHANNELS;
-const INNOVATION_STRIDE = INNOVATION_SLOPE + SURFACE_FEATURES * CHANNELS;
+// The head of a model (include/linear_model): samples in its window; variance of one of them. What the model says is shrunk by
+// its significance already.
+const HEAD_SAMPLES = 0u;
+const HEAD_VARIANCE = 1u;
+
+// Centres of the innovation, the first of which is the first tile.
+fn innovation_centres() -> vec2<u32> {
+    return (frame.tiles + INNOVATION_TILES - 1u) / INNOVATION_TILES;
+}

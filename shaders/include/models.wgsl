@@ -3,17 +3,13 @@
 
 const MODEL_OWN_FEATURES = 2u; // pixel position
 
-// A model in memory: weight, noise gain (found over expected variance of the temporal means), relative noise (variance of
-// one sample over the squared mean), trust (1 where the model fits, less where it does not), predicted squared error, means
-// of the columns (its origin and its value there), slopes per feature and channel.
-const MODEL_WEIGHT = 0u;
-const MODEL_NOISE_GAIN = 1u;
-const MODEL_RELATIVE_NOISE = 2u;
-const MODEL_TRUST = 3u;
-const MODEL_ERROR = 4u;
-const MODEL_MEAN = 5u;
-const MODEL_SLOPE = MODEL_MEAN + COLUMNS;
-const MODEL_STRIDE = MODEL_SLOPE + FEATURES * CHANNELS;
+// The head of a model (include/linear_model): trust (1 where it fits, less where it does not, 0 where no pixel counted); noise
+// gain (found over expected variance of the temporal means); relative noise (variance of one sample over the squared mean);
+// predicted squared error.
+const HEAD_TRUST = 0u;
+const HEAD_NOISE_GAIN = 1u;
+const HEAD_RELATIVE_NOISE = 2u;
+const HEAD_ERROR = 3u;
 
 const WIDEST_REACH = 2u; // tiles on each side of the centre
 const WINDOW_REACHES = array(0.0, 12.0, 12.0, 20.0); // half a window's width in pixels

@@ -41,10 +41,11 @@ fn ridge_solve(weight: f32, lane: u32) {
     workgroupBarrier();
     // Row k is final when step k begins; the rows below it are updated from it alone, so one barrier a step is enough.
     for (var k = 0u; k + 1u < FEATURES; k++) {
-        for (var entry = lane; entry < FEATURES * COLUMNS; entry += RIDGE_LANES) {
-            let i = entry / COLUMNS;
-            let j = entry % COLUMNS;
-            if i > k && j >= i {
+        let side = COLUMNS - 1u - k;
+        for (var entry = lane; entry < (FEATURES - 1u - k) * side; entry += RIDGE_LANES) {
+            let i = k + 1u + entry / side;
+            let j = k + 1u + entry % side;
+            if j >= i {
                 ridge_system[i][j] -= ridge_system[k][i] / ridge_system[k][k] * ridge_system[k][j];
             }
         }
@@ -62,4 +63,23 @@ fn ridge_solve(weight: f32, lane: u32) {
         }
     }
     workgroupBarrier();
+}
+
+// A third of a channel's row of the model (include/linear_model) through the columns' means, which a pass tells by
+// `column_mean`.
+fn model_part(channel: u32, part: u32) -> vec4<f32> {
+    var row: vec4<f32>;
+    for (var i = 0u; i < 4u; i++) {
+        let at = 4u * part + i;
+        if at == 0u {
+            var value = column_mean(FEATURES + channel);
+            for (var f = 0u; f < FEATURES; f++) {
+                value -= ridge_slopes[f][channel] * column_mean(f);
+            }
+            row[i] = value;
+        } else if at <= FEATURES {
+            row[i] = ridge_slopes[at - 1u][channel];
+        }
+    }
+    return row;
 }

@@ -1,73 +1,122 @@
 // Weighted first and second moments of a tile's pixels, by a workgroup of 64: one pixel each.
 //
-// A pass binds `moments` and fills `columns`, `weights` and `noises` of its lane; weight 0 leaves a pixel out.
-// Source: moments about each group's own mean, so that f32 holds: Chan, Golub and LeVeque, "Updating Formulae and a Pairwise
-// Algorithm for Computing Sample Variances", 1979
+// A pass binds `moments` and enters the columns, `weights` and `noises` of its lane's pixel; weight 0 leaves one out.
+// All products of columns, with 1 as the first of them, are summed in blocks of 4x4, so that a lane uses what it loads four
+// times; their origin is a pixel of the tile, so that f32 holds when they are moved to the mean.
+// Source: Chan, Golub and LeVeque, "Updating Formulae and a Pairwise Algorithm for Computing Sample Variances", 1979
 
 const TILE_PIXELS = TILE * TILE;
+const QUADS = 4u;  // of columns: 1, then COLUMNS, then zeros
+const BLOCKS = 10u; // pairs of quads
+const SHARES = 6u; // of the pixels, summed apart by as many lanes a block
+const BLOCK_QUADS = array(
+    vec2(0u, 0u), vec2(0u, 1u), vec2(0u, 2u), vec2(0u, 3u), vec2(1u, 1u),
+    vec2(1u, 2u), vec2(1u, 3u), vec2(2u, 2u), vec2(2u, 3u), vec2(3u, 3u),
+);
 
-var<workgroup> columns: array<array<f32, COLUMNS>, TILE_PIXELS>;
+var<workgroup> rows: array<vec4<f32>, TILE_PIXELS * QUADS>; // by pixel; later sums by share, block and row
 var<workgroup> weights: array<f32, TILE_PIXELS>;
 var<workgroup> noises: array<vec3<f32>, TILE_PIXELS>; // for the tile's variance, found and expected
-var<workgroup> tile_heads: array<f32, TILE_SQUARES>;
+var<workgroup> first_from_end: atomic<u32>; // TILE_PIXELS less the first pixel that counts
 
 fn leave_out(lane: u32) {
     weights[lane] = 0.0;
     noises[lane] = vec3(0.0);
-    for (var i = 0u; i < COLUMNS; i++) {
-        columns[lane][i] = 0.0;
+    for (var quad = 0u; quad < QUADS; quad++) {
+        rows[lane * QUADS + quad] = vec4(0.0);
     }
 }
 
-fn write_surface(pixel: vec2<u32>, surface: Surface, lane: u32) {
+fn enter_column(lane: u32, column: u32, value: f32) {
+    let at = column + 1u;
+    rows[lane * QUADS + at / 4u][at % 4u] = value;
+}
+
+fn enter_surface(pixel: vec2<u32>, surface: Surface, lane: u32) {
     let z = surface_features(surface, position_of(frame, frame.current, vec2<f32>(pixel), surface.depth));
     for (var i = 0u; i < SURFACE_FEATURES; i++) {
-        columns[lane][i] = z[i];
+        enter_column(lane, i, z[i]);
     }
 }
 
 // Call from uniform control flow, after a barrier that follows each lane's writes.
 fn sum_tile(tile: vec2<u32>, lane: u32) {
-    if lane < TILE_SQUARES {
-        tile_heads[lane] = tile_head(lane);
+    let weight = weights[lane];
+    if weight > 0.0 {
+        atomicMax(&first_from_end, TILE_PIXELS - lane);
     }
     workgroupBarrier();
-    // So that a square is a sum of plain products.
-    let root = sqrt(weights[lane]);
-    for (var i = 0u; i < COLUMNS; i++) {
-        columns[lane][i] = root * (columns[lane][i] - tile_heads[TILE_MEAN + i]);
+    let reference = min(TILE_PIXELS - atomicLoad(&first_from_end), TILE_PIXELS - 1u) * QUADS;
+    let origin = array(rows[reference], rows[reference + 1u], rows[reference + 2u], rows[reference + 3u]);
+    workgroupBarrier(); // all have read the row that is now replaced
+    for (var quad = 0u; quad < QUADS; quad++) {
+        rows[lane * QUADS + quad] = sqrt(weight) * (rows[lane * QUADS + quad] - origin[quad]);
     }
+    rows[lane * QUADS].x = sqrt(weight);
     workgroupBarrier();
+    sum_blocks(lane);
+
+    let total = product(0u, 0u);
     let start = (tile.y * frame.tiles.x + tile.x) * TILE_STRIDE;
-    if lane < TILE_SQUARES {
-        moments[start + lane] = tile_heads[lane];
-    }
-    for (var entry = lane; entry < SQUARES; entry += TILE_PIXELS) {
-        let ij = square_entry(entry);
-        var sum = 0.0;
-        for (var i = 0u; i < TILE_PIXELS; i++) {
-            sum += columns[i][ij.x] * columns[i][ij.y];
+    for (var entry = lane; entry < TILE_STRIDE; entry += TILE_PIXELS) {
+        var value = total;
+        if entry >= TILE_SQUARES {
+            let ij = square_entry(entry - TILE_SQUARES) + 1u;
+            value = product(ij.x, ij.y) - product(0u, ij.x) * product(0u, ij.y) / max(total, 1e-30);
+        } else if entry >= TILE_MEAN {
+            let at = entry - TILE_MEAN + 1u;
+            value = origin[at / 4u][at % 4u] + product(0u, at) / max(total, 1e-30);
+        } else if entry >= TILE_VARIANCE {
+            value = rows[BLOCKS * 4u][entry - TILE_VARIANCE] / max(total, 1e-30);
         }
-        moments[start + TILE_SQUARES + entry] = sum;
+        moments[start + entry] = value;
     }
 }
 
-fn tile_head(entry: u32) -> f32 {
-    var weight = 0.0;
-    var sum = 0.0;
-    for (var i = 0u; i < TILE_PIXELS; i++) {
-        weight += weights[i];
-        sum += weights[i] * value_of(entry, i);
+// Leaves the rows of all blocks in `rows`, one after the other, and then the noises.
+fn sum_blocks(lane: u32) {
+    var sums = array(vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
+    let share = lane / BLOCKS;
+    if share < SHARES {
+        let quads = BLOCK_QUADS[lane % BLOCKS];
+        for (var i = share; i < TILE_PIXELS; i += SHARES) {
+            let a = rows[i * QUADS + quads.x];
+            let b = rows[i * QUADS + quads.y];
+            sums[0] += a.x * b;
+            sums[1] += a.y * b;
+            sums[2] += a.z * b;
+            sums[3] += a.w * b;
+        }
+    } else {
+        for (var i = lane - SHARES * BLOCKS; i < TILE_PIXELS; i += TILE_PIXELS - SHARES * BLOCKS) {
+            sums[0] += vec4(weights[i] * noises[i], 0.0);
+        }
     }
-    if entry == TILE_WEIGHT {
-        return weight;
+    workgroupBarrier(); // all have read the rows that are now replaced
+    for (var row = 0u; row < 4u; row++) {
+        rows[lane * 4u + row] = sums[row];
     }
-    return select(0.0, sum / weight, weight > 0.0);
+    workgroupBarrier();
+    var whole = vec4(0.0);
+    if lane < BLOCKS * 4u {
+        for (var i = 0u; i < SHARES; i++) {
+            whole += rows[i * BLOCKS * 4u + lane];
+        }
+    } else if lane == BLOCKS * 4u {
+        for (var i = SHARES * BLOCKS; i < TILE_PIXELS; i++) {
+            whole += rows[i * 4u];
+        }
+    }
+    workgroupBarrier();
+    if lane <= BLOCKS * 4u {
+        rows[lane] = whole;
+    }
+    workgroupBarrier();
 }
 
-fn value_of(entry: u32, i: u32) -> f32 {
-    if entry >= TILE_MEAN {
-        return columns[i][entry - TILE_MEAN];
-    }
-    return noises[i][max(entry, TILE_VARIANCE) - TILE_VARIANCE];
+// Sum over the pixels of column i times column j >= i; column 0 is 1.
+fn product(i: u32, j: u32) -> f32 {
+    let a = i / 4u;
+    let block = a * QUADS - a * (a + 1u) / 2u + j / 4u;
+    return rows[block * 4u + i % 4u][j % 4u];
 }

@@ -6,9 +6,10 @@
 const WINDOW_TILES = array(0u, 5u, 9u, 25u); // by window, from 1; 0 is none
 const MOST_TILES = 25u;
 
-var<workgroup> window: array<array<f32, TILE_SQUARES>, MOST_TILES>; // weights already by variance
-var<workgroup> window_tiles: array<u32, MOST_TILES>;
-var<workgroup> window_factors: array<f32, MOST_TILES>;              // what their weights were multiplied by
+// Heads of the tiles, with weights by variance, and means about the origin times the root of the weight.
+var<workgroup> window: array<array<f32, TILE_SQUARES>, MOST_TILES>;
+var<workgroup> window_tiles: array<u32, MOST_TILES>;   // where their squares are
+var<workgroup> window_factors: array<f32, MOST_TILES>; // what their weights were multiplied by
 var<workgroup> origin: array<f32, COLUMNS>;
 
 // How much more a noiseless tile may count than the window's average one: a variance from few samples may be 0 by luck.
@@ -28,7 +29,16 @@ fn window_offset(i: u32) -> vec2<i32> {
 // weight before it is divided by variance; `origin` is then the mean of the innermost tiles that have any.
 fn load_window(centre: vec2<u32>, count: u32, lane: u32) -> f32 {
     if lane < count {
-        load_tile(vec2<i32>(centre) + window_offset(lane), lane);
+        let tile = vec2<i32>(centre) + window_offset(lane);
+        let inside = all(tile >= vec2(0)) && all(tile < vec2<i32>(frame.tiles));
+        window_tiles[lane] = select(0u, u32(tile.y) * frame.tiles.x + u32(tile.x), inside) * TILE_STRIDE;
+        window_factors[lane] = select(0.0, 1.0, inside);
+    }
+    workgroupBarrier();
+    for (var i = lane; i < count * TILE_SQUARES; i += 64u) {
+        let tile = i / TILE_SQUARES;
+        let entry = i % TILE_SQUARES;
+        window[tile][entry] = window_factors[tile] * moments[window_tiles[tile] + entry];
     }
     workgroupBarrier();
     let samples = window_sum(TILE_WEIGHT, 0u, count);
@@ -37,7 +47,7 @@ fn load_window(centre: vec2<u32>, count: u32, lane: u32) -> f32 {
     if lane < count {
         // Inverse-variance weighting by tiles.
         let noise = window[lane][TILE_VARIANCE] / max(variance, 1e-30);
-        let factor = (1.0 + VARIANCE_FLOOR) / (noise + VARIANCE_FLOOR);
+        let factor = select(0.0, (1.0 + VARIANCE_FLOOR) / (noise + VARIANCE_FLOOR), window[lane][TILE_WEIGHT] > 0.0);
         window_factors[lane] = factor;
         window[lane][TILE_WEIGHT] *= factor;
     }
@@ -50,16 +60,14 @@ fn load_window(centre: vec2<u32>, count: u32, lane: u32) -> f32 {
         origin[lane] = window_sum(TILE_MEAN + lane, 0u, end) / max(weight, 1e-30);
     }
     workgroupBarrier();
-    return samples;
-}
-
-fn load_tile(tile: vec2<i32>, slot: u32) {
-    let inside = all(tile >= vec2(0)) && all(tile < vec2<i32>(frame.tiles));
-    let start = select(0u, u32(tile.y) * frame.tiles.x + u32(tile.x), inside) * TILE_STRIDE;
-    window_tiles[slot] = start;
-    for (var i = 0u; i < TILE_SQUARES; i++) {
-        window[slot][i] = select(0.0, moments[start + i], inside);
+    for (var i = lane; i < count * COLUMNS; i += 64u) {
+        let tile = i / COLUMNS;
+        let column = i % COLUMNS;
+        let mean = window[tile][TILE_MEAN + column];
+        window[tile][TILE_MEAN + column] = sqrt(window[tile][TILE_WEIGHT]) * (mean - origin[column]);
     }
+    workgroupBarrier();
+    return samples;
 }
 
 // Weighted sum of one of the tiles' entries (of the weight: the weight) over some of the tiles.
@@ -71,28 +79,24 @@ fn window_sum(entry: u32, begin: u32, end: u32) -> f32 {
     return sum;
 }
 
-// As `window_sum`, but means of columns about the origin.
+// As `window_sum` once the means are about the origin.
 fn window_moment(entry: u32, begin: u32, end: u32) -> f32 {
     if entry < TILE_MEAN {
         return window_sum(entry, begin, end);
     }
     var sum = 0.0;
     for (var t = begin; t < end; t++) {
-        sum += window[t][TILE_WEIGHT] * (window[t][entry] - origin[entry - TILE_MEAN]);
+        sum += sqrt(window[t][TILE_WEIGHT]) * window[t][entry];
     }
     return sum;
 }
 
 // Squares about the origin: those of the tiles about their means, plus those of the means.
 fn window_square(entry: u32, begin: u32, end: u32) -> f32 {
-    let ij = square_entry(entry);
+    let ij = square_entry(entry) + TILE_MEAN;
     var sum = 0.0;
     for (var t = begin; t < end; t++) {
-        if window[t][TILE_WEIGHT] > 0.0 {
-            let di = window[t][TILE_MEAN + ij.x] - origin[ij.x];
-            let dj = window[t][TILE_MEAN + ij.y] - origin[ij.y];
-            sum += window_factors[t] * moments[window_tiles[t] + TILE_SQUARES + entry] + window[t][TILE_WEIGHT] * di * dj;
-        }
+        sum += window_factors[t] * moments[window_tiles[t] + TILE_SQUARES + entry] + window[t][ij.x] * window[t][ij.y];
     }
     return sum;
 }

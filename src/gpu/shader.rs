@@ -1,6 +1,6 @@
 //! Joins a pass's WGSL with the includes that it names in `//!include a b c`.
 
-const INCLUDES: [(&str, &str); 13] = [
+const INCLUDES: [(&str, &str); 14] = [
     ("frame", include_str!("../../shaders/include/frame.wgsl")),
     ("numbers", include_str!("../../shaders/include/numbers.wgsl")),
     ("noise", include_str!("../../shaders/include/noise.wgsl")),
@@ -11,6 +11,7 @@ const INCLUDES: [(&str, &str); 13] = [
     ("features", include_str!("../../shaders/include/features.wgsl")),
     ("tile_moments", include_str!("../../shaders/include/tile_moments.wgsl")),
     ("window", include_str!("../../shaders/include/window.wgsl")),
+    ("linear_model", include_str!("../../shaders/include/linear_model.wgsl")),
     ("models", include_str!("../../shaders/include/models.wgsl")),
     ("innovations", include_str!("../../shaders/include/innovations.wgsl")),
     ("ridge", include_str!("../../shaders/include/ridge.wgsl")),

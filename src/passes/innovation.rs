@@ -12,7 +12,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
     covers: [1, 1],
 };
 
-/// What the pass reads and writes; named as in the WGSL. The tiles are regions.
+/// What the pass reads and writes; named as in the WGSL.
 #[derive(Debug, Clone, Copy)]
 #[expect(missing_docs, reason = "documented once, at the head of the WGSL")]
 pub struct InnovationViews<'a> {
@@ -30,7 +30,7 @@ impl Innovation {
         Self(Kernel::new(device, &DESCRIPTOR))
     }
 
-    /// Records the pass over `extent` regions.
+    /// Records the pass over `extent` centres.
     pub fn record(&self, recorder: &mut Recorder<'_>, views: &InnovationViews<'_>, extent: [u32; 2]) {
         let resources = [views.moments.as_entire_binding(), views.innovations.as_entire_binding()];
         self.0.record(recorder, &resources, extent);

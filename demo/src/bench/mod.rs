@@ -12,8 +12,8 @@ pub use report::BenchReport;
 
 use crate::gpu::Gpu;
 use crate::method::{Method, MethodFrame, MethodRunner};
-use crate::render::progress_bar;
 use crate::quality::write_json;
+use crate::render::progress_bar;
 use crate::walk::{Walk, WalkOptions};
 use anyhow::{Context, Result, bail};
 use machine::Machine;
