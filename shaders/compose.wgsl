@@ -25,12 +25,11 @@ const POOL_SIDE = 8 + 2 * POOL_RADIUS;
 const SIDE = 8 + 2 * BORDER;
 const CELLS = SIDE * SIDE;
 
-// A pixel and its border, read once by the workgroup. Depth 0 is a miss, lies outside the frame, or has no samples.
-var<workgroup> normals: array<vec4<f32>, CELLS>;   // view depth in w
-var<workgroup> positions: array<vec4<f32>, CELLS>; // id in w
-var<workgroup> variances: array<vec2<f32>, CELLS>; // of the temporal mean: as expected, as found
+// A pixel and its border, read once by the workgroup.
+var<workgroup> surfaces: array<vec2<u32>, CELLS>;  // as in the guide; a miss, too, what lies outside or has no samples
 var<workgroup> residuals: array<vec2<u32>, CELLS>; // temporal mean minus prediction; the mean's deviations: as half floats
-var<workgroup> smoothed: array<vec2<f32>, CELLS>;  // squares of these, smoothed over 3x3: residual, deviations
+var<workgroup> variances: array<vec2<f32>, CELLS>; // of the temporal mean: as expected, as found
+var<workgroup> smoothed: array<vec2<f32>, CELLS>;  // squares of the residual and of the deviations, smoothed over 3x3
 
 @compute @workgroup_size(8, 8)
 fn compose(
@@ -39,12 +38,13 @@ fn compose(
     @builtin(local_invocation_id) local: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
+    let corner = vec2<i32>(group.xy * 8u) - BORDER;
     for (var cell = i32(lane); cell < CELLS; cell += 64) {
-        load_cell(cell, vec2<i32>(group.xy * 8u) + vec2(cell % SIDE, cell / SIDE) - vec2(BORDER));
+        load_cell(cell, corner + place_of(cell));
     }
     workgroupBarrier();
     for (var i = i32(lane); i < POOL_SIDE * POOL_SIDE; i += 64) {
-        smooth_cell(vec2(i % POOL_SIDE, i / POOL_SIDE) + vec2(SMOOTH_RADIUS));
+        smooth_cell(corner, vec2(i % POOL_SIDE, i / POOL_SIDE) + SMOOTH_RADIUS);
     }
     workgroupBarrier();
     if any(id.xy >= frame.size) {
@@ -57,7 +57,7 @@ fn compose(
     }
     let predicted = unpack_prediction(textureLoad(prediction, id.xy, 0).xy);
     // Without any model near, the temporal mean is all there is.
-    let share = select(1.0, temporal_share((i32(local.y) + BORDER) * SIDE + i32(local.x) + BORDER), is_known(predicted));
+    let share = select(1.0, temporal_share(corner, vec2<i32>(local.xy) + BORDER), is_known(predicted));
     var composed = mix(predicted.signal, mean, share) * demodulator(textureLoad(albedo, id.xy, 0).rgb);
     if has(frame, FLAG_EMISSION) {
         composed += repair_emission(textureLoad(emission, id.xy, 0).rgb);
@@ -72,20 +72,23 @@ fn show(pixel: vec2<u32>, radiance: vec3<f32>, share: f32) {
     }
 }
 
+fn place_of(cell: i32) -> vec2<i32> {
+    return vec2(cell % SIDE, cell / SIDE);
+}
+
 fn load_cell(cell: i32, pixel: vec2<i32>) {
-    normals[cell] = vec4(0.0);
+    surfaces[cell] = vec2(0u);
     if !inside(pixel, frame) {
         return;
     }
-    let surface = unpack_surface(textureLoad(guide, pixel, 0).xy);
+    let words = textureLoad(guide, pixel, 0).xy;
     let mean = textureLoad(history, pixel, 0);
     let predicted = unpack_prediction(textureLoad(prediction, pixel, 0).xy);
-    if is_miss(surface) || mean.w <= 0.0 || !is_known(predicted) {
+    if mean.w <= 0.0 || !is_known(predicted) {
         return;
     }
+    surfaces[cell] = words;
     let own = unpack_noise(textureLoad(noise, pixel, 0).x, mean.w);
-    normals[cell] = vec4(surface.normal, surface.depth);
-    positions[cell] = vec4(position_of(frame, frame.current, vec2<f32>(pixel), surface.depth), f32(surface.id));
     let error = standard_error(predicted, own.variance, mean.w);
     variances[cell] = vec2(error * error, found_variance(own.deviations));
     let values = clamp(
@@ -96,36 +99,49 @@ fn load_cell(cell: i32, pixel: vec2<i32>) {
     residuals[cell] = vec2(pack2x16float(values.xy), pack2x16float(values.zw));
 }
 
-// Whether the cells show one surface and both have samples.
-fn related(a: i32, b: i32) -> bool {
-    return normals[b].w > 0.0
-        && positions[a].w == positions[b].w
-        && continues(normals[a].xyz, normals[a].w, normals[b].xyz, positions[b].xyz - positions[a].xyz);
+// The surface in the middle of what is summed.
+struct Middle {
+    surface: Surface,
+    position: vec3<f32>,
 }
 
-fn smooth_cell(place: vec2<i32>) {
-    let cell = place.y * SIDE + place.x;
+fn middle_at(corner: vec2<i32>, place: vec2<i32>) -> Middle {
+    let surface = unpack_surface(surfaces[place.y * SIDE + place.x]);
+    return Middle(surface, position_of(frame, frame.current, vec2<f32>(corner + place), surface.depth));
+}
+
+// Whether a cell shows the same surface and has samples.
+fn related(middle: Middle, corner: vec2<i32>, place: vec2<i32>) -> bool {
+    let other = unpack_surface(surfaces[place.y * SIDE + place.x]);
+    let position = position_of(frame, frame.current, vec2<f32>(corner + place), other.depth);
+    return same_surface(middle.surface, other, position - middle.position);
+}
+
+fn smooth_cell(corner: vec2<i32>, place: vec2<i32>) {
+    let middle = middle_at(corner, place);
     var sum = vec4(0.0);
     var count = 0.0;
     for (var y = -SMOOTH_RADIUS; y <= SMOOTH_RADIUS; y++) {
         for (var x = -SMOOTH_RADIUS; x <= SMOOTH_RADIUS; x++) {
-            let tap = cell + y * SIDE + x;
-            if related(cell, tap) {
-                sum += vec4(unpack2x16float(residuals[tap].x), unpack2x16float(residuals[tap].y));
+            let tap = place + vec2(x, y);
+            if related(middle, corner, tap) {
+                let words = residuals[tap.y * SIDE + tap.x];
+                sum += vec4(unpack2x16float(words.x), unpack2x16float(words.y));
                 count += 1.0;
             }
         }
     }
     let mean = sum / max(count, 1.0);
-    smoothed[cell] = vec2(mean.x * mean.x, found_variance(mean.yzw));
+    smoothed[place.y * SIDE + place.x] = vec2(mean.x * mean.x, found_variance(mean.yzw));
 }
 
 // The temporal mean differs from the prediction by the model's error and by its own noise. The best mix gives it the share
 // B / (B + V), with B the model's squared error and V the mean's variance. B is what the smoothed residuals have more of than
 // the smoothed deviations, which hold noise alone, blended and resampled like the mean's. All are pooled: a pixel's own
 // variance is low just where its samples happen to be dark, and would keep them so.
-fn temporal_share(cell: i32) -> f32 {
-    if !has(frame, FLAG_MIX) || normals[cell].w <= 0.0 {
+fn temporal_share(corner: vec2<i32>, place: vec2<i32>) -> f32 {
+    let middle = middle_at(corner, place);
+    if !has(frame, FLAG_MIX) || is_miss(middle.surface) {
         return 0.0;
     }
     var squares = vec2(0.0); // squares of residuals and of deviations
@@ -133,10 +149,10 @@ fn temporal_share(cell: i32) -> f32 {
     var pooled = 0.0;
     for (var y = -POOL_RADIUS; y <= POOL_RADIUS; y += 2) {
         for (var x = -POOL_RADIUS; x <= POOL_RADIUS; x += 2) {
-            let tap = cell + y * SIDE + x;
-            if related(cell, tap) {
-                squares += smoothed[tap];
-                variance += variances[tap];
+            let tap = place + vec2(x, y);
+            if related(middle, corner, tap) {
+                squares += smoothed[tap.y * SIDE + tap.x];
+                variance += variances[tap.y * SIDE + tap.x];
                 pooled += 1.0;
             }
         }

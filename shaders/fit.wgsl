@@ -52,7 +52,7 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
     for (var size = 1u; size <= frame.widest_window; size++) {
         sum_ring(size, lane);
         workgroupBarrier();
-        if size > 1u {
+        if size > 1u && has(frame, FLAG_RING_ERROR) {
             error += ring_error(lane);
             tested += ring_sums[TILE_WEIGHT];
         }

@@ -215,7 +215,8 @@ fn fetch_catmull_rom(base: vec2<i32>, f: vec2<f32>, origin: Origin) -> Sharp {
             if w == 0.0 {
                 continue;
             }
-            if !tap_belongs(texel, origin) {
+            let is_inner = (x == 1 || x == 2) && (y == 1 || y == 2); // tested by the bilinear fetch
+            if !is_inner && !tap_belongs(texel, origin) {
                 return sharp;
             }
             let tap = textureLoad(history, texel, 0);

@@ -7,6 +7,7 @@
 // Source: Hoerl and Kennard, "Ridge Regression", Technometrics 1970; elimination of a symmetric matrix as L D L^T.
 
 const RIDGE_LANES = 64u;
+const_assert FEATURES % 2u == 1u; // two rows at a time, and a last one
 
 var<workgroup> ridge_squares: array<f32, SQUARES>;                  // in: sum w (z - mean z)(z - mean z)^T
 var<workgroup> ridge_floors: array<f32, FEATURES>;                  // in: least deviation that counts
@@ -39,30 +40,50 @@ fn ridge_solve(weight: f32, lane: u32) {
         ridge_system[i][j] = value;
     }
     workgroupBarrier();
-    // Row k is final when step k begins; the rows below it are updated from it alone, so one barrier a step is enough.
-    for (var k = 0u; k + 1u < FEATURES; k++) {
-        let side = COLUMNS - 1u - k;
-        for (var entry = lane; entry < (FEATURES - 1u - k) * side; entry += RIDGE_LANES) {
-            let i = k + 1u + entry / side;
-            let j = k + 1u + entry % side;
+    // Two rows at a time, which are final when their step begins; the rows below are updated from them alone, so one barrier
+    // a step is enough.
+    for (var k = 0u; k + 2u < FEATURES; k += 2u) {
+        let inverse = pivot_inverse(k);
+        let side = COLUMNS - 2u - k;
+        for (var entry = lane; entry < (FEATURES - 2u - k) * side; entry += RIDGE_LANES) {
+            let i = k + 2u + entry / side;
+            let j = k + 2u + entry % side;
             if j >= i {
-                ridge_system[i][j] -= ridge_system[k][i] / ridge_system[k][k] * ridge_system[k][j];
+                let left = vec2(ridge_system[k][i], ridge_system[k + 1u][i]);
+                let right = vec2(ridge_system[k][j], ridge_system[k + 1u][j]);
+                ridge_system[i][j] -= dot(left, inverse * right);
             }
         }
         workgroupBarrier();
     }
     if lane < CHANNELS {
-        for (var step = 0u; step < FEATURES; step++) {
-            let k = FEATURES - 1u - step;
-            var value = ridge_system[k][FEATURES + lane];
-            for (var j = k + 1u; j < FEATURES; j++) {
-                // Slopes found so far are already in plain units.
-                value -= ridge_system[k][j] * ridge_slopes[j][lane] / ridge_scales[j];
-            }
-            ridge_slopes[k][lane] = value / ridge_system[k][k] * ridge_scales[k];
+        let last = FEATURES - 1u;
+        ridge_slopes[last][lane] = remainder(last, last + 1u, lane) / ridge_system[last][last] * ridge_scales[last];
+        for (var step = 2u; step < FEATURES; step += 2u) {
+            let k = last - step;
+            let slopes = pivot_inverse(k) * vec2(remainder(k, k + 2u, lane), remainder(k + 1u, k + 2u, lane));
+            ridge_slopes[k][lane] = slopes.x * ridge_scales[k];
+            ridge_slopes[k + 1u][lane] = slopes.y * ridge_scales[k + 1u];
         }
     }
     workgroupBarrier();
+}
+
+// Inverse of the 2x2 block on the diagonal at row k.
+fn pivot_inverse(k: u32) -> mat2x2<f32> {
+    let a = ridge_system[k][k];
+    let b = ridge_system[k][k + 1u];
+    let d = ridge_system[k + 1u][k + 1u];
+    return mat2x2(d, -b, -b, a) * (1.0 / (a * d - b * b));
+}
+
+// Right side of row k less what the slopes from `begin` on, which are found and in plain units, explain of it.
+fn remainder(k: u32, begin: u32, channel: u32) -> f32 {
+    var value = ridge_system[k][FEATURES + channel];
+    for (var j = begin; j < FEATURES; j++) {
+        value -= ridge_system[k][j] * ridge_slopes[j][channel] / ridge_scales[j];
+    }
+    return value;
 }
 
 // A third of a channel's row of the model (include/linear_model) through the columns' means, which a pass tells by
