@@ -1,0 +1,104 @@
+//! What a frame costs, as far as it can be known without a GPU, against the table `tests/cost.md`.
+//!
+//! `tests/cost.sh` writes the table. Where a figure got worse on purpose, run it and commit what it wrote.
+
+mod compare;
+mod driver;
+mod page;
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod radv;
+mod resources;
+mod roofline;
+mod shader;
+mod table;
+mod taps;
+mod traffic;
+
+use shader::Shader;
+use std::sync::OnceLock;
+
+const PATH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cost.md");
+/// Set by `tests/cost.sh`.
+const WRITE: &str = "QUELL_COST_WRITE";
+
+/// Budgets of a frame: bytes that move per pixel, and MB that are held at 1920x1080 and at 2560x1440.
+const MOST_TRAFFIC: f64 = 200.0;
+const MOST_MEMORY: [(&str, f64); 2] = [("MB at 1920x1080", 120.0), ("MB at 2560x1440", 210.0)];
+
+/// The table as it would be written now.
+fn now() -> &'static str {
+    static PAGE: OnceLock<String> = OnceLock::new();
+    PAGE.get_or_init(|| page::page(&Shader::all()))
+}
+
+fn figure(section: &str, row: &str, column: &str) -> f64 {
+    table::figures(now())[&(section.to_owned(), row.to_owned(), column.to_owned())]
+}
+
+#[test]
+fn no_figure_is_worse_than_in_the_table() {
+    let write = std::env::var_os(WRITE).is_some();
+    let before = std::fs::read_to_string(PATH).unwrap_or_default();
+    let verdict = compare::compare(&before, now());
+    let problems: Vec<_> = verdict.problems.iter().map(|problem| format!("  {problem}\n")).collect();
+    if let Some(skipped) = verdict.skipped {
+        eprintln!("{skipped}");
+    }
+    if write {
+        assert!(driver::expected(), "the table is written on Linux on x86_64, where RADV is");
+        std::fs::write(PATH, now()).unwrap();
+        eprintln!(
+            "wrote {PATH}; worse or new:\n{}better:\n  {}",
+            problems.concat(),
+            verdict.better.join("\n  ")
+        );
+        let spills =
+            verdict.problems.iter().filter(|problem| matches!(problem, compare::Problem::Spill { .. }));
+        assert_eq!(spills.map(ToString::to_string).collect::<Vec<_>>(), [""; 0]);
+        return;
+    }
+    if !verdict.better.is_empty() {
+        eprintln!(
+            "better than the table, run tests/cost.sh to keep it so:\n  {}",
+            verdict.better.join("\n  ")
+        );
+    }
+    assert!(
+        problems.is_empty(),
+        "cost grew, or kernels changed:\n{}run tests/cost.sh and commit tests/cost.md if it has to be",
+        problems.concat()
+    );
+}
+
+#[test]
+fn a_frame_moves_no_more_than_its_budget() {
+    let bytes = figure("Traffic", "frame", "total");
+    assert!(bytes <= MOST_TRAFFIC, "{bytes} bytes a pixel of {MOST_TRAFFIC}");
+}
+
+#[test]
+fn a_denoiser_holds_no_more_than_its_budget() {
+    for (size, most) in MOST_MEMORY {
+        let held = figure("Memory", "all", size);
+        assert!(held <= most, "{held} {size} of {most}");
+    }
+}
+
+#[test]
+fn taps_were_counted_in_the_shaders_of_today() {
+    let outdated = taps::outdated(&Shader::all());
+    assert!(outdated.is_empty(), "{}", outdated.join("\n"));
+}
+
+#[test]
+fn a_tap_more_in_the_code_is_noticed() {
+    let mut shaders = Shader::all();
+    let source = "@group(0) @binding(0) var image: texture_2d<f32>;
+        fn load() -> f32 { return textureLoad(image, vec2(0), 0).x; }
+        fn unused() -> f32 { return textureLoad(image, vec2(1), 0).x; }
+        @compute @workgroup_size(1) fn predict() { if load() > 0.0 { _ = load() + textureLoad(image, vec2(2), 0).x; } }";
+    let predict = shaders.iter_mut().find(|shader| shader.name() == "predict").unwrap();
+    predict.module = wgpu::naga::front::wgsl::parse_str(source).unwrap();
+    assert_eq!(predict.load_sites(), 2);
+    assert!(taps::outdated(&shaders).iter().any(|line| line.starts_with("predict: ")));
+}
