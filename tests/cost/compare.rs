@@ -72,7 +72,7 @@ fn spills(new: &Figures) -> impl Iterator<Item = Problem> {
 
 fn worse(name: &Name, before: f64, now: f64) -> bool {
     // Of occupancy, more is better.
-    let (least, most) = if name.2 == "waves per SIMD" { (now, before) } else { (before, now) };
+    let (least, most) = if name.2 == "occupancy" { (now, before) } else { (before, now) };
     most > least * (1.0 + TOLERANCE) + 1e-9
 }
 
@@ -117,7 +117,7 @@ mod tests {
 
 Driver: Mesa 1.2.3
 
-|         | VGPRs | spilled VGPRs | waves per SIMD |
+|         | VGPRs | spilled VGPRs |      occupancy |
 | ------- | ----- | ------------- | -------------- |
 | predict |    50 |             0 |             10 |
 

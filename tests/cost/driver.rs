@@ -6,13 +6,15 @@ use std::process::{Command, Stdio};
 
 pub const RULES: &str = "\
 What RADV, Mesa's driver for AMD GPUs, compiles the kernels to, from the SPIR-V that wgpu makes of them, checks of bounds \
-and loops included. `cycles` is its compiler's own estimate of how long a SIMD is busy with 64 invocations, latency and \
-occupancy included; it takes a loop for 8 rounds, loops within for 4, 2, 2.. each. Spills fail the test wherever it runs; the \
+and loops included. `occupancy` is how many waves a SIMD holds at once, in waves of 32, of at most 32. `cycles` is its compiler's own estimate of how long a SIMD is busy with 64 invocations, latency and \
+occupancy included; how often loops run and branches are taken it guesses, and its guess is not the shader's. Spills fail the test wherever it runs; the \
 other figures are compared where Mesa's version is the same.";
 
 /// What `RADV_FORCE_FAMILY` calls the architectures, and a GPU of each.
 pub const FAMILIES: [(&str, &str); 2] =
     [("navi21", "RDNA 2, as in RX 6900 XT"), ("gfx1100", "RDNA 3, as in RX 7900 XTX")];
+
+pub const CYCLES: &str = "Inverse Throughput";
 
 /// Column of the table and statistic of the driver.
 pub const COLUMNS: [(&str, &str); 11] = [
@@ -23,10 +25,10 @@ pub const COLUMNS: [(&str, &str); 11] = [
     ("spilled SGPRs", "Spilled SGPRs"),
     ("scratch bytes", "Scratch size"),
     ("LDS bytes", "LDS size"),
-    ("waves per SIMD", "Subgroups per SIMD"),
+    ("occupancy", "Subgroups per SIMD"),
     ("instructions", "Instructions"),
     ("code bytes", "Code size"),
-    ("cycles", "Inverse Throughput"),
+    ("cycles", CYCLES),
 ];
 
 /// Of one architecture.

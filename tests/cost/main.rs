@@ -11,8 +11,8 @@ mod resources;
 mod roofline;
 mod shader;
 mod table;
-mod taps;
 mod traffic;
+mod work;
 
 use shader::Shader;
 use std::sync::OnceLock;
@@ -82,23 +82,4 @@ fn a_denoiser_holds_no_more_than_its_budget() {
         let held = figure("Memory", "all", size);
         assert!(held <= most, "{held} {size} of {most}");
     }
-}
-
-#[test]
-fn taps_were_counted_in_the_shaders_of_today() {
-    let outdated = taps::outdated(&Shader::all());
-    assert!(outdated.is_empty(), "{}", outdated.join("\n"));
-}
-
-#[test]
-fn a_tap_more_in_the_code_is_noticed() {
-    let mut shaders = Shader::all();
-    let source = "@group(0) @binding(0) var image: texture_2d<f32>;
-        fn load() -> f32 { return textureLoad(image, vec2(0), 0).x; }
-        fn unused() -> f32 { return textureLoad(image, vec2(1), 0).x; }
-        @compute @workgroup_size(1) fn predict() { if load() > 0.0 { _ = load() + textureLoad(image, vec2(2), 0).x; } }";
-    let predict = shaders.iter_mut().find(|shader| shader.name() == "predict").unwrap();
-    predict.module = wgpu::naga::front::wgsl::parse_str(source).unwrap();
-    assert_eq!(predict.load_sites(), 2);
-    assert!(taps::outdated(&shaders).iter().any(|line| line.starts_with("predict: ")));
 }

@@ -1,13 +1,13 @@
 //! The whole table, from all that can be found out on this machine.
 
+use crate::compare;
 use crate::driver::{self, Compiled, FAMILIES};
 use crate::resources::{self, SIZES};
-use crate::roofline::{self, GPUS};
+use crate::roofline::{self, GPUS, Need};
 use crate::shader::Shader;
 use crate::table::{Section, made_by, render};
 use crate::traffic::{self, Bytes};
-use crate::{compare, taps};
-use std::collections::BTreeMap;
+use crate::work::{self, LEFT_OUT};
 
 const HEAD: &str = "\
 # Cost without a GPU
@@ -24,11 +24,12 @@ pub fn page(shaders: &[Shader]) -> String {
     let held = resources::held();
     let traffic = traffic::all(shaders, &resources::per_pixel(&held[0], SIZES[0]));
     let mut sections =
-        vec![memory(&held), traffic_section(&traffic), taps_section(shaders), workgroups(shaders)];
+        vec![memory(&held), traffic_section(&traffic), work_section(shaders), workgroups(shaders)];
     if driver::expected() {
         let compiled = driver::compile();
         sections.extend(FAMILIES.iter().zip(&compiled).map(|(&of, made)| driver_section(of, made, shaders)));
-        sections.extend(GPUS.iter().map(|gpu| estimate(gpu, shaders, &traffic, &compiled[0])));
+        let needs = needs(shaders, &traffic, &compiled[0]);
+        sections.extend(GPUS.iter().map(|gpu| estimate(gpu, &needs)));
         say_once(&mut sections);
     }
     render(HEAD, &sections)
@@ -77,22 +78,17 @@ fn traffic_section(traffic: &[(&'static str, Bytes)]) -> Section {
     }
 }
 
-fn taps_section(shaders: &[Shader]) -> Section {
+fn work_section(shaders: &[Shader]) -> Section {
     let row = |shader: &Shader| {
-        let sites = shader.load_sites().to_string();
-        let cells = match taps::of(shader.name()) {
-            Some(taps) => {
-                let [still, moving, worst] = [taps.still, taps.moving, taps.worst].map(|n| format!("{n:.1}"));
-                vec![still, moving, worst, sites, taps.of_what.into()]
-            }
-            None => vec!["?".into(), "?".into(), "?".into(), sites, "not counted yet".into()],
-        };
-        (shader.name().to_owned(), cells)
+        let [still, moving, worst] = LEFT_OUT.map(|left_out| work::of(shader, left_out));
+        let cells =
+            [moving.operations, moving.shared, moving.buffers, still.texels, moving.texels, worst.texels];
+        (shader.name().to_owned(), cells.map(|n| n.to_string()).to_vec())
     };
     Section {
-        title: "Taps".into(),
-        prose: taps::RULES.into(),
-        columns: vec!["still", "moving", "worst", "sites", "of"],
+        title: "Work".into(),
+        prose: work::RULES.into(),
+        columns: vec!["operations", "shared", "buffers", "texels still", "texels moving", "texels worst"],
         rows: shaders.iter().map(row).collect(),
     }
 }
@@ -129,32 +125,43 @@ fn driver_section((family, of): (&str, &str), made: &Compiled, shaders: &[Shader
     }
 }
 
-fn estimate(
-    gpu: &roofline::Gpu,
+/// What each kernel of a frame needs in a moving view.
+fn needs(
     shaders: &[Shader],
     traffic: &[(&'static str, Bytes)],
     compiled: &Compiled,
-) -> Section {
-    let invocations: BTreeMap<_, _> =
-        shaders.iter().map(|shader| (shader.name(), shader.invocations())).collect();
+) -> Vec<(&'static str, Need)> {
     let in_frame = traffic.iter().filter(|(name, _)| !["frame", "debug_view"].contains(name));
-    let mut sums = [0.0; 2];
-    let mut rows: Vec<_> = in_frame
-        .map(|&(name, bytes)| {
-            let cycles = compiled.statistics.get(&(name.to_owned(), "Inverse Throughput".to_owned()));
-            let cycles = cycles.map_or(0.0, |&cycles| cycles as f64);
-            let invocations = invocations.get(name).copied().unwrap_or(64);
-            let times = SIZES.map(|size| roofline::times(gpu, name, invocations, bytes, cycles, size));
-            for (sum, times) in sums.iter_mut().zip(times) {
-                *sum += times.total();
+    let need = |&(name, bytes): &(&'static str, Bytes)| {
+        let mut need = Need { bytes, ..Need::default() };
+        if let Some(shader) = shaders.iter().find(|shader| shader.name() == name) {
+            let cycles = compiled.statistics.get(&(name.to_owned(), driver::CYCLES.to_owned()));
+            need.cycles = cycles.map_or(0.0, |&cycles| cycles as f64);
+            need.work = work::of(shader, LEFT_OUT[1]);
+            need.invocations = shader.invocations();
+        }
+        (name, need)
+    };
+    in_frame.map(need).collect()
+}
+
+fn estimate(gpu: &roofline::Gpu, needs: &[(&'static str, Need)]) -> Section {
+    let mut sums = [0.0; 4];
+    let mut rows: Vec<_> = needs
+        .iter()
+        .map(|(name, need)| {
+            let times = SIZES.map(|size| roofline::times(gpu, name, need, size));
+            let totals = times.map(|times| [times.least(), times.most()]);
+            for (sum, total) in sums.iter_mut().zip(totals.as_flattened()) {
+                *sum += total;
             }
-            let cells = times.iter().flat_map(|t| [t.memory, t.compute, t.dispatches, t.total()]);
-            (name.to_owned(), cells.map(|ms| format!("{ms:.3}")).collect())
+            let parts = [times[0].memory, times[0].by_driver, times[0].by_work, times[0].dispatches];
+            let cells = parts.iter().chain(totals.as_flattened());
+            ((*name).to_owned(), cells.map(|ms| format!("{ms:.3}")).collect())
         })
         .collect();
-    let blank = String::new;
-    let [full_hd, quad_hd] = sums.map(|ms| format!("{ms:.2}"));
-    rows.push(("frame".into(), vec![blank(), blank(), blank(), full_hd, blank(), blank(), blank(), quad_hd]));
+    let blank = std::iter::repeat_n(String::new(), 4);
+    rows.push(("frame".into(), blank.chain(sums.map(|ms| format!("{ms:.2}"))).collect()));
     Section {
         title: format!("{}: {}", compare::ESTIMATE_SECTION, gpu.name),
         prose: format!(
@@ -165,14 +172,14 @@ fn estimate(
             gpu.source
         ),
         columns: vec![
-            "memory 1080p",
-            "compute 1080p",
+            "memory",
+            "by driver",
+            "by work",
             "dispatches",
-            "ms 1080p",
-            "memory 1440p",
-            "compute 1440p",
-            "dispatches",
-            "ms 1440p",
+            "least 1080p",
+            "most 1080p",
+            "least 1440p",
+            "most 1440p",
         ],
         rows,
     }

@@ -1,8 +1,7 @@
-//! What a shader's intermediate representation tells: workgroup memory, what is read and written, loads of texels.
+//! What a shader's intermediate representation tells: workgroup memory, what is read and what is written.
 
 use quell::gpu::{KernelDescriptor, assemble};
-use std::collections::HashSet;
-use wgpu::naga::{self, AddressSpace, Expression, Function, Handle, Statement, valid::GlobalUse};
+use wgpu::naga::{self, AddressSpace, Handle, valid::GlobalUse};
 
 /// A kernel as the library compiles it.
 pub struct Shader {
@@ -16,7 +15,7 @@ impl Shader {
         quell::passes::ALL.into_iter().map(Self::new).collect()
     }
 
-    fn new(descriptor: &'static KernelDescriptor) -> Self {
+    pub fn new(descriptor: &'static KernelDescriptor) -> Self {
         let source = assemble(descriptor.source);
         let module = naga::front::wgsl::parse_str(&source)
             .unwrap_or_else(|error| panic!("{}: {}", descriptor.name, error.emit_to_string(&source)));
@@ -59,45 +58,5 @@ impl Shader {
     /// By the entry point and all that it calls.
     fn uses(&self, global: Handle<naga::GlobalVariable>) -> GlobalUse {
         self.info.get_entry_point(0)[global]
-    }
-
-    /// Places in the code, not executions, that load a texel.
-    pub fn load_sites(&self) -> usize {
-        let entry = &self.module.entry_points[0].function;
-        let (mut called, mut waiting) = (HashSet::new(), vec![entry]);
-        let mut sites = 0;
-        while let Some(function) = waiting.pop() {
-            sites += loads(function);
-            calls(&function.body, &mut |callee| {
-                if called.insert(callee) {
-                    waiting.push(&self.module.functions[callee]);
-                }
-            });
-        }
-        sites
-    }
-}
-
-fn loads(function: &Function) -> usize {
-    let expressions = function.expressions.iter();
-    expressions.filter(|(_, expression)| matches!(expression, Expression::ImageLoad { .. })).count()
-}
-
-fn calls(block: &naga::Block, found: &mut impl FnMut(Handle<Function>)) {
-    for statement in block {
-        match statement {
-            Statement::Call { function, .. } => found(*function),
-            Statement::Block(inner) => calls(inner, found),
-            Statement::If { accept, reject, .. } => {
-                calls(accept, found);
-                calls(reject, found);
-            }
-            Statement::Switch { cases, .. } => cases.iter().for_each(|case| calls(&case.body, found)),
-            Statement::Loop { body, continuing, .. } => {
-                calls(body, found);
-                calls(continuing, found);
-            }
-            _ => {}
-        }
     }
 }
