@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Writes tests/cost.md: what a frame costs, as far as it can be known without a GPU. Takes about a minute.
+# Writes tests/cost.md: what a frame costs, as far as it can be known without a GPU. Seconds, once compiled.
 # Says what is worse and what is better than it was; a spilled register fails.
 set -euo pipefail
 cd "$(dirname "$0")/.."

@@ -137,7 +137,8 @@ fn descriptor_type(variable: &GlobalVariable, inner: &TypeInner) -> Option<vk::D
     })
 }
 
-/// As wgpu 30 writes it for a device with these features: checked indices, bounded loops, zeroed workgroup memory.
+/// As wgpu 30 writes it for a device with these features: checked indices, bounded loops (unless a module is created as
+/// trusted, which none is), zeroed workgroup memory.
 fn spirv(shader: &Shader) -> Result<Vec<u32>, spv::Error> {
     let options = spv::Options {
         lang_version: (1, 6),
