@@ -139,6 +139,7 @@ fn needs(
             need.cycles = cycles.map_or(0.0, |&cycles| cycles as f64);
             need.work = work::of(shader, LEFT_OUT[1]);
             need.invocations = shader.invocations();
+            need.tiles = traffic::tiles_of(shader);
         }
         (name, need)
     };

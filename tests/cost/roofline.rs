@@ -57,6 +57,8 @@ pub struct Need {
     pub cycles: f64,
     /// Of a workgroup.
     pub invocations: u32,
+    /// That a workgroup of `innovation` stands for.
+    pub tiles: f64,
 }
 
 /// Milliseconds.
@@ -89,6 +91,7 @@ pub fn times(gpu: &Gpu, kernel: &str, need: &Need, [width, height]: [u32; 2]) ->
             let cells: f64 = LEVEL_STRIDES.map(|stride| tiles / f64::from(stride * stride)).iter().sum();
             (cells / f64::from(need.invocations), levels)
         }
+        "innovation" => (tiles / need.tiles, 1.0),
         // A workgroup per tile.
         _ => (tiles, 1.0),
     };
@@ -113,6 +116,7 @@ fn a_copy_takes_as_long_as_its_bytes_at_the_assumed_bandwidth() {
         work: Work { operations: 10, shared: 1, buffers: 1, texels: 1 },
         cycles: 100.0,
         invocations: 64,
+        tiles: 1.0,
     };
     let found = times(&gpu, "copy", &need, [1000, 1000]);
     let near = |a: f64, b: f64| (a - b).abs() < 1e-9;

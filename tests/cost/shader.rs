@@ -1,7 +1,9 @@
 //! What a shader's intermediate representation tells: workgroup memory, what is read and what is written.
 
 use quell::gpu::{KernelDescriptor, assemble};
-use wgpu::naga::{self, AddressSpace, Handle, valid::GlobalUse};
+use wgpu::naga::{
+    self, AddressSpace, Expression, GlobalVariable, Handle, Literal, TypeInner, valid::GlobalUse,
+};
 
 /// A kernel as the library compiles it.
 pub struct Shader {
@@ -46,17 +48,42 @@ impl Shader {
         used.map(|(_, variable)| layouter[variable.ty].to_stride()).sum()
     }
 
+    /// A constant of the shader.
+    pub fn constant(&self, name: &str) -> Option<u32> {
+        let mut constants = self.module.constants.iter();
+        let (_, constant) = constants.find(|(_, constant)| constant.name.as_deref() == Some(name))?;
+        match self.module.global_expressions[constant.init] {
+            Expression::Literal(Literal::U32(value)) => Some(value),
+            Expression::Literal(Literal::I32(value)) => value.try_into().ok(),
+            Expression::Literal(Literal::AbstractInt(value)) => value.try_into().ok(),
+            _ => None,
+        }
+    }
+
+    /// Of a buffer that is an array.
+    pub fn element_bytes(&self, binding: &str) -> u32 {
+        let (_, variable) = self.global(binding);
+        match self.module.types[variable.ty].inner {
+            TypeInner::Array { stride, .. } => stride,
+            _ => panic!("{}: {binding} is no array", self.name()),
+        }
+    }
+
     /// Whether the kernel reads and whether it writes a binding; an atomic operation does both.
     pub fn access(&self, binding: &str) -> (bool, bool) {
-        let mut globals = self.module.global_variables.iter();
-        let found = globals.find(|(_, variable)| variable.name.as_deref() == Some(binding));
-        let (handle, _) = found.unwrap_or_else(|| panic!("{}: no binding {binding}", self.name()));
+        let (handle, _) = self.global(binding);
         let uses = self.uses(handle);
         (uses.contains(GlobalUse::READ), uses.contains(GlobalUse::WRITE))
     }
 
+    fn global(&self, binding: &str) -> (Handle<GlobalVariable>, &GlobalVariable) {
+        let mut globals = self.module.global_variables.iter();
+        let found = globals.find(|(_, variable)| variable.name.as_deref() == Some(binding));
+        found.unwrap_or_else(|| panic!("{}: no binding {binding}", self.name()))
+    }
+
     /// By the entry point and all that it calls.
-    fn uses(&self, global: Handle<naga::GlobalVariable>) -> GlobalUse {
+    fn uses(&self, global: Handle<GlobalVariable>) -> GlobalUse {
         self.info.get_entry_point(0)[global]
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::shader::Shader;
 use quell::gpu::Kind;
-use quell::layout::{Columns, INNOVATIONS, TILE};
+use quell::layout::TILE;
 use std::collections::BTreeMap;
 use std::ops::AddAssign;
 use wgpu::TextureFormat;
@@ -75,7 +75,7 @@ fn of_kernel(shader: &Shader, owned: &BTreeMap<&str, f64>) -> Bytes {
         if matches!(kind, Kind::Frame | Kind::Uniform) {
             continue;
         }
-        let bytes = of_binding(shader.name(), name, owned);
+        let bytes = of_binding(shader, name, owned);
         let (read, written) = shader.access(name);
         let moved = |really: bool| if really { bytes } else { [0.0; 2] };
         sum += Bytes { read: moved(read), written: moved(written) };
@@ -83,29 +83,39 @@ fn of_kernel(shader: &Shader, owned: &BTreeMap<&str, f64>) -> Bytes {
     sum
 }
 
-fn of_binding(kernel: &str, name: &str, owned: &BTreeMap<&str, f64>) -> [f64; 2] {
+fn of_binding(shader: &Shader, name: &str, owned: &BTreeMap<&str, f64>) -> [f64; 2] {
     let texel = |format: TextureFormat| format.block_copy_size(None).map_or(0.0, f64::from);
     if let Some(&(_, smallest, largest)) = CALLERS.iter().find(|(caller, ..)| *caller == name) {
         return [smallest.map_or(0.0, texel), texel(largest)];
     }
-    let per_tile = |floats: u32| 4.0 * f64::from(floats) / f64::from(TILE * TILE);
-    let change: Columns = INNOVATIONS;
-    let bytes = match (kernel, name) {
+    // What a shader says of its own layout.
+    let per_tile = |stride: u32| f64::from(stride * shader.element_bytes(name)) / f64::from(TILE * TILE);
+    let bytes = match name {
         // Written for one debug view only.
-        ("compose", "mix_weight") => 0.0,
-        (_, "mix_weight") => owned["signal"],
+        "mix_weight" if shader.name() == "compose" => 0.0,
+        "mix_weight" => owned["signal"],
         // A few words.
-        (_, "levels") => 0.0,
-        // These share a buffer with, and are smaller than, what the owner is named after.
-        (_, "innovations") => per_tile(change.model_stride()),
-        ("reproject" | "innovation", "moments") => per_tile(change.tile_stride()),
+        "levels" => 0.0,
+        // Those of the change of the light are smaller than the buffer that both kinds use in turn.
+        "moments" => per_tile(shader.constant("TILE_STRIDE").expect("what binds moments has their layout")),
+        // They use the buffer of the models before these do.
+        "innovations" => {
+            let stride = shader.constant("INNOVATION_STRIDE").or(shader.constant("MODEL_STRIDE"));
+            per_tile(stride.expect("what binds innovations has their layout")) / tiles_of(shader)
+        }
         _ => {
             let alias = ALIASES.iter().find(|(alias, _)| *alias == name);
             let owner = alias.map_or(name, |(_, owner)| owner);
             *owned.get(owner).unwrap_or_else(|| {
+                let kernel = shader.name();
                 panic!("{kernel} binds `{name}`, of which tests/cost/traffic.rs does not know the size")
             })
         }
     };
     [bytes; 2]
+}
+
+/// Tiles for which there is one model of the innovation.
+pub fn tiles_of(shader: &Shader) -> f64 {
+    f64::from(shader.constant("INNOVATION_TILES").unwrap_or(1)).powi(2)
 }
