@@ -1,0 +1,121 @@
+//! Compulsory traffic: what each kernel must read from and write to memory, however good the caches are.
+
+use crate::shader::Shader;
+use quell::gpu::Kind;
+use quell::layout::TILE;
+use std::collections::BTreeMap;
+use std::ops::AddAssign;
+use wgpu::TextureFormat;
+
+pub const RULES: &str = "\
+Bytes per pixel at 1920x1080. An image or buffer that a kernel binds counts once, whole, as read where the shader reads it \
+and as written where it writes it; an atomic operation does both. So this is the traffic of perfect caches: taps of \
+neighbours, tiles that several windows share and the three levels of `centres` and `fit` count once. Buffers per tile are \
+spread over its 64 pixels. `models` and `windows` count whole, though only few tiles have a model. Uniforms and other \
+resources of constant size count nothing. `clears` is what `encode` sets to 0 before the passes. The first three columns \
+take the caller's images at the smallest accepted formats and without the optional ones, the last three at the largest and \
+with all. `frame` is the sum without `debug_view`, which runs on request.";
+
+/// Bytes per pixel, with the caller's images at their smallest and at their largest.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Bytes {
+    pub read: [f64; 2],
+    pub written: [f64; 2],
+}
+
+impl Bytes {
+    pub fn total(self, formats: usize) -> f64 {
+        self.read[formats] + self.written[formats]
+    }
+}
+
+impl AddAssign for Bytes {
+    fn add_assign(&mut self, other: Self) {
+        for formats in 0..2 {
+            self.read[formats] += other.read[formats];
+            self.written[formats] += other.written[formats];
+        }
+    }
+}
+
+/// The caller's images: smallest format, none for an optional image; largest format. As `FrameInputs` documents them.
+const CALLERS: [(&str, Option<TextureFormat>, TextureFormat); 10] = [
+    ("radiance", Some(TextureFormat::Rgba16Float), TextureFormat::Rgba32Float),
+    ("albedo", Some(TextureFormat::Rgba8Unorm), TextureFormat::Rgba16Float),
+    ("normal_roughness", Some(TextureFormat::Rgba8Snorm), TextureFormat::Rgba16Float),
+    ("depth", Some(TextureFormat::R32Float), TextureFormat::R32Float),
+    ("motion", Some(TextureFormat::Rg16Float), TextureFormat::Rgba16Float),
+    ("surface_id", None, TextureFormat::R32Uint),
+    ("emission", None, TextureFormat::Rgba16Float),
+    ("sample_count", None, TextureFormat::R32Uint),
+    ("output", Some(TextureFormat::Rgba16Float), TextureFormat::Rgba16Float),
+    ("debug", Some(TextureFormat::Rgba16Float), TextureFormat::Rgba16Float),
+];
+
+/// Names in the shaders for what is owned under another name.
+const ALIASES: [(&str, &str); 1] = [("prediction", "reprojected")];
+
+/// What `encode` clears.
+const CLEARED: [&str; 2] = ["windows", "coverage"];
+
+/// Every kernel's traffic, `clears`, and the sum of a frame. `owned` is what a denoiser holds, in bytes per pixel.
+pub fn all(shaders: &[Shader], owned: &BTreeMap<&str, f64>) -> Vec<(&'static str, Bytes)> {
+    let clears: f64 = CLEARED.iter().map(|name| owned[name]).sum();
+    let mut rows = vec![("clears", Bytes { read: [0.0; 2], written: [clears; 2] })];
+    rows.extend(shaders.iter().map(|shader| (shader.name(), of_kernel(shader, owned))));
+    let mut frame = Bytes::default();
+    rows.iter().filter(|(name, _)| *name != "debug_view").for_each(|&(_, bytes)| frame += bytes);
+    rows.push(("frame", frame));
+    rows
+}
+
+fn of_kernel(shader: &Shader, owned: &BTreeMap<&str, f64>) -> Bytes {
+    let mut sum = Bytes::default();
+    for &(name, kind) in shader.descriptor.bindings {
+        if matches!(kind, Kind::Frame | Kind::Uniform) {
+            continue;
+        }
+        let bytes = of_binding(shader, name, owned);
+        let (read, written) = shader.access(name);
+        let moved = |really: bool| if really { bytes } else { [0.0; 2] };
+        sum += Bytes { read: moved(read), written: moved(written) };
+    }
+    sum
+}
+
+fn of_binding(shader: &Shader, name: &str, owned: &BTreeMap<&str, f64>) -> [f64; 2] {
+    let texel = |format: TextureFormat| format.block_copy_size(None).map_or(0.0, f64::from);
+    if let Some(&(_, smallest, largest)) = CALLERS.iter().find(|(caller, ..)| *caller == name) {
+        return [smallest.map_or(0.0, texel), texel(largest)];
+    }
+    // What a shader says of its own layout.
+    let per_tile = |stride: u32| f64::from(stride * shader.element_bytes(name)) / f64::from(TILE * TILE);
+    let bytes = match name {
+        // Written for one debug view only.
+        "mix_weight" if shader.name() == "compose" => 0.0,
+        "mix_weight" => owned["signal"],
+        // A few words.
+        "levels" => 0.0,
+        // Those of the change of the light are smaller than the buffer that both kinds use in turn.
+        "moments" => per_tile(shader.constant("TILE_STRIDE").expect("what binds moments has their layout")),
+        // They use the buffer of the models before these do.
+        "innovations" => {
+            let stride = shader.constant("INNOVATION_STRIDE").or(shader.constant("MODEL_STRIDE"));
+            per_tile(stride.expect("what binds innovations has their layout")) / tiles_of(shader)
+        }
+        _ => {
+            let alias = ALIASES.iter().find(|(alias, _)| *alias == name);
+            let owner = alias.map_or(name, |(_, owner)| owner);
+            *owned.get(owner).unwrap_or_else(|| {
+                let kernel = shader.name();
+                panic!("{kernel} binds `{name}`, of which tests/cost/traffic.rs does not know the size")
+            })
+        }
+    };
+    [bytes; 2]
+}
+
+/// Tiles for which there is one model of the innovation.
+pub fn tiles_of(shader: &Shader) -> f64 {
+    f64::from(shader.constant("INNOVATION_TILES").unwrap_or(1)).powi(2)
+}
