@@ -147,8 +147,8 @@ fn temporal_share(corner: vec2<i32>, place: vec2<i32>) -> f32 {
     var squares = vec2(0.0); // squares of residuals and of deviations
     var variance = vec2(0.0);
     var pooled = 0.0;
-    for (var y = -POOL_RADIUS; y <= POOL_RADIUS; y += 2) {
-        for (var x = -POOL_RADIUS; x <= POOL_RADIUS; x += 2) {
+    for (var y = -POOL_RADIUS; y <= POOL_RADIUS; y++) {
+        for (var x = -POOL_RADIUS; x <= POOL_RADIUS; x++) {
             let tap = place + vec2(x, y);
             if related(middle, corner, tap) {
                 squares += smoothed[tap.y * SIDE + tap.x];
@@ -164,5 +164,5 @@ fn temporal_share(corner: vec2<i32>, place: vec2<i32>) -> f32 {
     // Firmer than the plain difference: what is hardly beyond chance is chance more often than not.
     let error = beyond * beyond / squares.x;
     // A pixel alone says nothing about the model.
-    return error / (error + max(variance.x, variance.y)) * (1.0 - 1.0 / pooled);
+    return error / (error + max(variance.x, variance.y)) * (1.0 - 1.0 / (pooled * pooled));
 }

@@ -1,14 +1,15 @@
 // Weighted first and second moments of a tile's pixels, by a workgroup of 64: one pixel each.
 //
 // A pass binds `moments` and enters the columns, `weights` and `noises` of its lane's pixel; weight 0 leaves one out.
-// All products of columns, with 1 as the first of them, are summed in blocks of 4x4, so that a lane uses what it loads four
-// times; their origin is a pixel of the tile, so that f32 holds when they are moved to the mean.
+// All products of columns about their means, with 1 as the first of them, are summed in blocks of 4x4, so that a lane uses what
+// it loads four times.
 // Source: Chan, Golub and LeVeque, "Updating Formulae and a Pairwise Algorithm for Computing Sample Variances", 1979
 
 const TILE_PIXELS = TILE * TILE;
 const QUADS = 4u;  // of columns: 1, then COLUMNS, then zeros
 const BLOCKS = 10u; // pairs of quads
 const SHARES = 6u; // of the pixels, summed apart by as many lanes a block
+const MEAN_SHARES = 16u; // of the pixels, likewise, for the means
 const BLOCK_QUADS = array(
     vec2(0u, 0u), vec2(0u, 1u), vec2(0u, 2u), vec2(0u, 3u), vec2(1u, 1u),
     vec2(1u, 2u), vec2(1u, 3u), vec2(2u, 2u), vec2(2u, 3u), vec2(3u, 3u),
@@ -17,7 +18,7 @@ const BLOCK_QUADS = array(
 var<workgroup> rows: array<vec4<f32>, TILE_PIXELS * QUADS>; // by pixel; later sums by share, block and row
 var<workgroup> weights: array<f32, TILE_PIXELS>;
 var<workgroup> noises: array<vec3<f32>, TILE_PIXELS>; // for the tile's variance, found and expected
-var<workgroup> first_from_end: atomic<u32>; // TILE_PIXELS less the first pixel that counts
+var<workgroup> means: array<vec4<f32>, QUADS * MEAN_SHARES>; // sums by share, then the means in the first ones
 
 fn leave_out(lane: u32) {
     weights[lane] = 0.0;
@@ -41,18 +42,12 @@ fn enter_surface(pixel: vec2<u32>, surface: Surface, lane: u32) {
 
 // Call from uniform control flow, after a barrier that follows each lane's writes.
 fn sum_tile(tile: vec2<u32>, lane: u32) {
-    let weight = weights[lane];
-    if weight > 0.0 {
-        atomicMax(&first_from_end, TILE_PIXELS - lane);
-    }
-    workgroupBarrier();
-    let reference = min(TILE_PIXELS - atomicLoad(&first_from_end), TILE_PIXELS - 1u) * QUADS;
-    let origin = array(rows[reference], rows[reference + 1u], rows[reference + 2u], rows[reference + 3u]);
-    workgroupBarrier(); // all have read the row that is now replaced
+    let root = sqrt(weights[lane]);
+    sum_means(lane);
     for (var quad = 0u; quad < QUADS; quad++) {
-        rows[lane * QUADS + quad] = sqrt(weight) * (rows[lane * QUADS + quad] - origin[quad]);
+        rows[lane * QUADS + quad] = root * (rows[lane * QUADS + quad] - means[quad]);
     }
-    rows[lane * QUADS].x = sqrt(weight);
+    rows[lane * QUADS].x = root;
     workgroupBarrier();
     sum_blocks(lane);
 
@@ -65,12 +60,39 @@ fn sum_tile(tile: vec2<u32>, lane: u32) {
             value = product(ij.x, ij.y) - product(0u, ij.x) * product(0u, ij.y) / max(total, 1e-30);
         } else if entry >= TILE_MEAN {
             let at = entry - TILE_MEAN + 1u;
-            value = origin[at / 4u][at % 4u] + product(0u, at) / max(total, 1e-30);
+            value = means[at / 4u][at % 4u] + product(0u, at) / max(total, 1e-30);
         } else if entry >= TILE_VARIANCE {
             value = rows[BLOCKS * 4u][entry - TILE_VARIANCE] / max(total, 1e-30);
         }
         moments[start + entry] = value;
     }
+}
+
+// Leaves the columns' means in `means`.
+fn sum_means(lane: u32) {
+    let quad = lane % QUADS;
+    var sum = vec4(0.0);
+    var weight = 0.0;
+    for (var i = lane / QUADS; i < TILE_PIXELS; i += MEAN_SHARES) {
+        sum += weights[i] * rows[i * QUADS + quad];
+        weight += weights[i];
+    }
+    sum.x = select(sum.x, weight, quad == 0u); // instead of the constant
+    means[lane] = sum;
+    workgroupBarrier();
+    var whole = vec4(0.0);
+    var total = 0.0;
+    if lane < QUADS {
+        for (var i = 0u; i < MEAN_SHARES; i++) {
+            whole += means[i * QUADS + lane];
+            total += means[i * QUADS].x;
+        }
+    }
+    workgroupBarrier();
+    if lane < QUADS {
+        means[lane] = whole / max(total, 1e-30);
+    }
+    workgroupBarrier();
 }
 
 // Leaves the rows of all blocks in `rows`, one after the other, and then the noises.
