@@ -19,7 +19,7 @@ fn matches_its_twin_on_random_images() {
     let eye = Vec3::new(0.0, 1.4, 1.0);
     let frame = frame(SIZE, eye, eye, 1);
     let mut u = uniforms(&frame, &frame);
-    u.flags |= flags::EMISSION | flags::SHOW_MIX;
+    u.flags |= flags::EMISSION;
     let (words, surfaces) = guide(&frame);
     let history = random_history(&mut random, surfaces.len());
     // Predictions near the mean, so that all shares between 0 and 1 occur; none in places.
@@ -46,19 +46,22 @@ fn matches_its_twin_on_random_images() {
     let emission = half_texels(&vec![[0.25, 0.5, 0.0, 0.0]; surfaces.len()]);
     let (output, mix_weight) = (blank(SIZE, Format::Rgba16Float), blank(SIZE, Format::R32Uint));
     let pass = Compose::new(&gpu().device);
-    run(&u, |recorder| {
-        let views = ComposeViews {
-            guide: &upload(SIZE, Format::Rg32Uint, &words),
-            prediction: &upload(SIZE, Format::Rg32Uint, &prediction),
-            history: &upload(SIZE, Format::Rgba16Float, &history),
-            noise: &upload(SIZE, Format::R32Uint, &noise),
-            albedo: &upload(SIZE, Format::Rgba16Float, &albedo),
-            emission: &upload(SIZE, Format::Rgba16Float, &emission),
-            output: &output,
-            mix_weight: &mix_weight,
-        };
-        pass.record(recorder, &views, SIZE);
-    });
+    let views = ComposeViews {
+        guide: &upload(SIZE, Format::Rg32Uint, &words),
+        prediction: &upload(SIZE, Format::Rg32Uint, &prediction),
+        history: &upload(SIZE, Format::Rgba16Float, &history),
+        noise: &upload(SIZE, Format::R32Uint, &noise),
+        albedo: &upload(SIZE, Format::Rgba16Float, &albedo),
+        emission: &upload(SIZE, Format::Rgba16Float, &emission),
+        output: &output,
+        mix_weight: &mix_weight,
+    };
+    // The mix weight is another image's memory unless it is shown.
+    u.flags &= !flags::SHOW_MIX;
+    run(&u, |recorder| pass.record(recorder, &views, SIZE));
+    assert!(download::<u32>(&mix_weight).iter().all(|&word| word == 0));
+    u.flags |= flags::SHOW_MIX;
+    run(&u, |recorder| pass.record(recorder, &views, SIZE));
     let found = wide(&download(&output));
     let found_share: Vec<f64> = download::<f32>(&mix_weight).into_iter().map(f64::from).collect();
 

@@ -29,7 +29,7 @@ pub fn signal_step(colour: [f64; 3]) -> f64 {
 pub fn pack_signal(colour: [f64; 3]) -> u32 {
     let step = signal_step(colour);
     let [r, g, b] = colour.map(|c| (c / step).round() as u32);
-    r | g << 9 | b << 18 | (step.log2() as i32 + 24) as u32 * (1 << 27)
+    r | g << 9 | b << 18 | ((step.log2() as i32 + 24) as u32) << 27
 }
 
 #[derive(Debug, Clone, Copy, Default)]

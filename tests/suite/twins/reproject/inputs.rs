@@ -11,21 +11,23 @@ use rand::{Rng, SeedableRng, rngs::StdRng};
 
 const EYE: Vec3 = Vec3::new(0.0, 1.4, 1.0);
 
+/// Replaces some values by what renderers leave there by mistake.
+fn break_some(random: &mut StdRng, values: &mut [f32], chance: f64) {
+    let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, 0.0, 1e30, f32::MAX];
+    for value in values {
+        if random.random_bool(chance) {
+            *value = bad[random.random_range(0..bad.len())];
+        }
+    }
+}
+
 /// A frame in which every image is broken somewhere, and normals and materials are arbitrary elsewhere.
 fn broken_frame(random: &mut StdRng) -> (Frame, Vec<[f16; 4]>) {
     let mut frame = frame(SIZE, EYE, EYE, 1);
-    let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, 0.0, 1e30, f32::MAX];
-    let mut break_some = |values: &mut [f32], chance: f64| {
-        for value in values {
-            if random.random_bool(chance) {
-                *value = bad[random.random_range(0..bad.len())];
-            }
-        }
-    };
     let mut emission = vec![0.0; 4 * frame.depth.len()];
-    break_some(frame.radiance.as_flattened_mut(), 0.02);
-    break_some(&mut frame.depth, 0.05);
-    break_some(&mut emission, 0.02);
+    break_some(random, frame.radiance.as_flattened_mut(), 0.02);
+    break_some(random, &mut frame.depth, 0.05);
+    break_some(random, &mut emission, 0.02);
     for i in 0..frame.depth.len() {
         frame.normal[i] = std::array::from_fn(|_| random.random_range(-1.0..1.0));
         frame.albedo[i] = std::array::from_fn(|_| random.random_range(0.0..1.0_f32).powi(3));
@@ -33,15 +35,8 @@ fn broken_frame(random: &mut StdRng) -> (Frame, Vec<[f16; 4]>) {
         frame.samples[i] = [0, 1, 1, 7, 1024, 5000][random.random_range(0..6)];
         emission[4 * i] += random.random_range(0.0..1.0_f32);
     }
-    let mut break_some = |values: &mut [f32], chance: f64| {
-        for value in values {
-            if random.random_bool(chance) {
-                *value = bad[random.random_range(0..bad.len())];
-            }
-        }
-    };
-    break_some(frame.normal.as_flattened_mut(), 0.02);
-    break_some(frame.albedo.as_flattened_mut(), 0.02);
+    break_some(random, frame.normal.as_flattened_mut(), 0.02);
+    break_some(random, frame.albedo.as_flattened_mut(), 0.02);
     let emission: Vec<f16> = emission.into_iter().map(f16::from_f32).collect();
     let emission = emission.chunks(4).map(|e| [e[0], e[1], e[2], e[3]]).collect();
     (frame, emission)
