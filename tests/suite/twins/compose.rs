@@ -1,6 +1,6 @@
 //! `compose` against its f64 twin.
 
-use super::packed::{Noise, Prediction, random_noise, unpack_noises};
+use super::packed::{Noise, Prediction, quieter, random_noise, unpack_noises};
 use super::surface::{position_of, same_surface};
 use super::{guide, luminance, mismatches, random_history, rgb, run, uniforms, wide};
 use crate::gpu::{blank, download, gpu, upload};
@@ -38,7 +38,11 @@ fn matches_its_twin_on_random_images() {
             predicted.pack()
         })
         .collect();
-    let noise = random_noise(&mut random, surfaces.len());
+    let mut noise = random_noise(&mut random, surfaces.len());
+    // In the left half the mean is found to be less noisy than is expected of it, in the right one noisier.
+    for (_, word) in noise.iter_mut().enumerate().filter(|(i, _)| i % (SIZE[0] as usize) < 30) {
+        *word = quieter(*word);
+    }
     let half_texels = |texels: &[[f32; 4]]| -> Vec<[half::f16; 4]> {
         texels.iter().map(|t| t.map(half::f16::from_f32)).collect()
     };
