@@ -83,8 +83,8 @@ pub fn random_noise(random: &mut StdRng, pixels: usize) -> Vec<u32> {
 
 /// With a quarter of the deviations of the mean.
 pub fn quieter(word: u32) -> u32 {
-    let codes = [0, 7, 14].map(|shift| ((word >> shift & 127) + 3 * 63) / 4 << shift);
-    codes.into_iter().sum::<u32>() | word >> 21 << 21
+    let codes = [0, 7, 14].map(|shift| (((word >> shift & 127) + 3 * 63) / 4) << shift);
+    codes.into_iter().sum::<u32>() | (word >> 21 << 21)
 }
 
 pub fn unpack_noises(words: &[u32], texels: &[[f64; 4]]) -> Vec<Noise> {
