@@ -74,13 +74,14 @@ fn enter_pixel(pixel: vec2<u32>, lane: u32) {
     }
     let mean = dither_to_half(fetched.history.rgb, pixel, 2u * frame.index);
     let old = vec2(pack2x16float(mean.rg), pack2x16float(vec2(mean.b, fetched.history.w)));
-    let old_noise = pack_noise(fetched.noise, unpack2x16float(old.y).y, pixel, 2u * frame.index);
+    let count = unpack2x16float(old.y).y;
+    let old_noise = pack_noise(fetched.noise, count, pixel, 2u * frame.index);
     textureStore(reprojected, pixel, vec4(old, 0u, 0u));
     textureStore(reprojected_noise, pixel, vec4(old_noise));
-    if sample.count > 0.0 && fetched.history.w > 0.0 {
-        enter_change(pixel, surface, Sample(unpack_signal(signal_word), sample.count), vec4(mean, fetched.history.w), lane);
-        let own = unpack_noise(old_noise, unpack2x16float(old.y).y);
-        noises[lane] = vec3(own.variance, luminance(mean), fetched.history.w);
+    if sample.count > 0.0 && count > 0.0 {
+        enter_change(pixel, surface, Sample(unpack_signal(signal_word), sample.count), vec4(mean, count), lane);
+        let own = unpack_noise(old_noise, count);
+        noises[lane] = vec3(own.variance, luminance(mean), count);
     }
 }
 

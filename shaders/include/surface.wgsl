@@ -48,7 +48,7 @@ fn unpack_surface(words: vec2<u32>) -> Surface {
     );
 }
 
-// A float of 7 exponent and 13 mantissa bits, 2^-63 to 2^64: off by at most 1/16384 of itself. Code 0 is a miss.
+// A float of 7 exponent and 13 mantissa bits, 2^-64 to 2^64: off by at most 1/16384 of itself. Code 0 is a miss.
 const DEPTH_BIAS = 63u << 13u;
 
 fn pack_depth(depth: f32) -> u32 {

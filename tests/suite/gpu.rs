@@ -59,10 +59,8 @@ fn descriptor([width, height]: [u32; 2], format: wgpu::TextureFormat) -> wgpu::T
         format,
         wgpu::TextureFormat::Rgba16Float
             | wgpu::TextureFormat::Rgba32Float
-            | wgpu::TextureFormat::R32Float
-            | wgpu::TextureFormat::Rg32Float
             | wgpu::TextureFormat::R32Uint
-            | wgpu::TextureFormat::Rgba32Uint
+            | wgpu::TextureFormat::Rg32Uint
     );
     let stored = if storable { Usage::STORAGE_BINDING } else { Usage::empty() };
     wgpu::TextureDescriptor {

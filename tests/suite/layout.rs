@@ -45,7 +45,7 @@ fn frame_uniforms_match_the_wgsl() {
         far,
         size,
         tiles,
-        regions,
+        pad_0,
         motion_scale,
         max_history,
         flags,
@@ -54,7 +54,7 @@ fn frame_uniforms_match_the_wgsl() {
         least_window,
         widest_window,
         firefly_limit,
-        pad_0,
+        pad_1,
         levels,
     );
     assert_eq!(members(&module, "View"), view);
@@ -62,12 +62,26 @@ fn frame_uniforms_match_the_wgsl() {
     assert_eq!(members(&module, "Level"), mirror!(LevelUniforms, stride, covered, pad_0, pad_1));
 }
 
-fn constant(module: &naga::Module, wanted: &str) -> u32 {
-    let (_, found) = module.constants.iter().find(|(_, c)| c.name.as_deref() == Some(wanted)).unwrap();
-    match module.global_expressions[found.init] {
-        naga::Expression::Literal(naga::Literal::U32(value)) => value,
+/// The numbers of a constant: one, or those of an array.
+fn numbers(module: &naga::Module, wanted: &str) -> Vec<f64> {
+    use naga::{Expression, Literal};
+    let mut constants = module.constants.iter().map(|(_, constant)| constant);
+    let found = constants.find(|c| c.name.as_deref() == Some(wanted)).unwrap();
+    let number = |expression| match module.global_expressions[expression] {
+        Expression::Literal(Literal::U32(value)) => value.into(),
+        Expression::Literal(Literal::F32(value)) => value.into(),
         ref other => panic!("{wanted} is {other:?}"),
+    };
+    match module.global_expressions[found.init] {
+        Expression::Compose { ref components, .. } => components.iter().copied().map(number).collect(),
+        _ => vec![number(found.init)],
     }
+}
+
+fn constant(module: &naga::Module, wanted: &str) -> u32 {
+    let [value] = numbers(module, wanted)[..] else { panic!("{wanted} is an array") };
+    assert_eq!(value.fract(), 0.0, "{wanted}");
+    value as u32
 }
 
 #[test]
@@ -75,7 +89,6 @@ fn constants_match_the_wgsl() {
     let module = reflect("frame numbers");
     let expected = [
         ("TILE", layout::TILE),
-        ("REGION", layout::REGION),
         ("LEVELS", layout::LEVELS as u32),
         ("FLAG_HISTORY", flags::HISTORY),
         ("FLAG_SURFACE_ID", flags::SURFACE_ID),
@@ -85,6 +98,7 @@ fn constants_match_the_wgsl() {
         ("FLAG_MIX", flags::MIX),
         ("FLAG_RING_ERROR", flags::RING_ERROR),
         ("FLAG_INNOVATION", flags::INNOVATION),
+        ("FLAG_SHOW_MIX", flags::SHOW_MIX),
     ];
     for (name, value) in expected {
         assert_eq!(constant(&module, name), value, "{name}");
@@ -99,14 +113,15 @@ fn constants_match_the_wgsl() {
 /// The sizes that follow from the number of features, once for each kind of model.
 #[test]
 fn columns_match_the_wgsl() {
-    let check = |include: &str, columns: Columns, stride: &str, others: &[(&str, u32)]| {
-        let module = reflect(&format!("frame numbers surface features {include}"));
+    let check = |include: &str, columns: Columns, prefix: &str, others: &[(&str, u32)]| {
+        let own = format!("\nconst OWN_FEATURES = {prefix}_OWN_FEATURES;");
+        let module = reflect(&format!("frame numbers surface features {include}{own}"));
+        let stride = &*format!("{prefix}_STRIDE");
         let expected = [
             ("SURFACE_FEATURES", layout::SURFACE_FEATURES),
             ("FEATURES", columns.features),
             ("COLUMNS", columns.columns()),
             ("SQUARES", columns.squares()),
-            ("HALF_SQUARES", columns.half_squares()),
             ("TILE_STRIDE", columns.tile_stride()),
             (stride, columns.model_stride()),
         ];
@@ -114,16 +129,26 @@ fn columns_match_the_wgsl() {
             assert_eq!(constant(&module, name), *value, "{include}: {name}");
         }
     };
-    let of_models = [
-        ("LEVEL_WORDS", layout::LEVEL_WORDS),
-        ("WIDEST_WINDOW", layout::WIDEST_WINDOW),
-        ("COVERAGE_ONE", layout::COVERAGE_ONE),
-    ];
-    check("models", layout::MODELS, "MODEL_STRIDE", &of_models);
-    check("innovations", layout::INNOVATIONS, "INNOVATION_STRIDE", &[]);
-    // `moments` cannot include the models' layout, whose tiles are not its own; it must count as many features.
-    let moments = naga::front::wgsl::parse_str(&assemble(quell::passes::moments::DESCRIPTOR.source)).unwrap();
-    assert_eq!(constant(&moments, "COLUMNS"), layout::MODELS.columns());
+    let of_models = [("LEVEL_WORDS", layout::LEVEL_WORDS), ("COVERAGE_ONE", layout::COVERAGE_ONE)];
+    check("models", layout::MODELS, "MODEL", &of_models);
+    check("innovations", layout::INNOVATIONS, "INNOVATION", &[]);
+}
+
+#[test]
+fn windows_match_the_wgsl() {
+    // A type, because constants whose type is open are not reflected.
+    let reaches = "const REACHES: array<f32, 4> = WINDOW_REACHES;";
+    let source = assemble(quell::passes::fit::DESCRIPTOR.source) + reaches;
+    let fit = naga::front::wgsl::parse_str(&source).unwrap();
+    let tiles = numbers(&fit, "WINDOW_TILES");
+    assert_eq!(tiles, layout::WINDOW_TILES.map(f64::from));
+    assert_eq!(numbers(&fit, "MOST_TILES"), [*tiles.last().unwrap()]);
+    // The tent of the widest window ends where the window does.
+    let reaches = numbers(&fit, "REACHES");
+    assert_eq!(reaches.len(), tiles.len());
+    assert_eq!(2.0 * reaches.last().unwrap(), f64::from(layout::WIDEST_WINDOW_PX));
+    let side = f64::from(2 * constant(&fit, "WIDEST_REACH") + 1);
+    assert_eq!(side * f64::from(layout::TILE), f64::from(layout::WIDEST_WINDOW_PX));
 }
 
 #[test]

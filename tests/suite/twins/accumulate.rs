@@ -1,24 +1,23 @@
 //! `accumulate` against its f64 twin.
 
-use super::change::N;
-use super::noise::{Noise, random_noise, unpack};
-use super::regression::Model;
-use super::surface::{position_of, same_surface, surface_features};
-use super::{Surface, guide, luminance, mismatches, random_history, random_signal, run, uniforms, wide};
-use crate::gpu::{blank, download, gpu, upload, upload_buffer};
+use super::packed::{Noise, compare_noise, half_drift, random_noise, unpack_noises};
+use super::regression::{Model, Pixel, Tile, tiles_of};
+use super::surface::{features, position_of, same_surface, surface_features};
+use super::{Surface, guide, luminance, mismatches, random_history, random_signal, rgb, run, uniforms, wide};
+use crate::gpu::{blank, download, download_buffer, gpu, upload, upload_buffer};
 use crate::sequence::frame;
 use glam::{DVec2, Vec3};
 use quell::gpu::FrameUniforms;
-use quell::layout::{self, INNOVATIONS};
+use quell::layout::{self, INNOVATIONS, MODELS};
 use quell::passes::accumulate::{Accumulate, AccumulateViews};
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use wgpu::TextureFormat as Format;
 
 const SIZE: [u32; 2] = [61, 47];
 
-fn rgb(v: &[f64; 4]) -> [f64; 3] {
-    [v[0], v[1], v[2]]
-}
+/// Columns of the innovation's models, and of the sparse ones.
+const N: usize = INNOVATIONS.columns() as usize;
+const M: usize = MODELS.columns() as usize;
 
 /// Mean and variance.
 fn spatial_spread(u: &FrameUniforms, i: usize, signal: &[[f64; 4]], surfaces: &[Surface]) -> [f64; 2] {
@@ -56,7 +55,7 @@ struct Relit {
     most: f64,
 }
 
-/// Models of the innovation, by region.
+/// Models of the innovation, by tile.
 fn relight(
     u: &FrameUniforms,
     i: usize,
@@ -72,14 +71,14 @@ fn relight(
         return unlit;
     }
     let z = surface_features(u, i, surface);
-    let [columns, rows] = u.regions.map(i64::from);
+    let [columns, rows] = u.tiles.map(i64::from);
     let [x, y] = [i as u32 % u.size[0], i as u32 / u.size[0]].map(|p| (f64::from(p) + 0.5) / 8.0 - 0.5);
     let (mut total, mut change, mut spread) = (0.0, [0.0; 3], 0.0);
-    for (region, floats) in models.chunks(INNOVATIONS.model_stride() as usize).enumerate() {
-        // Bilinear: the four nearest regions have a weight.
-        let (rx, ry) = (region as i64 % columns, region as i64 / columns);
-        assert!(ry < rows);
-        let weight = (1.0 - (x - rx as f64).abs()).max(0.0) * (1.0 - (y - ry as f64).abs()).max(0.0);
+    for (tile, floats) in models.chunks(INNOVATIONS.model_stride() as usize).enumerate() {
+        // Bilinear: the four nearest tiles have a weight.
+        let (tx, ty) = (tile as i64 % columns, tile as i64 / columns);
+        assert!(ty < rows);
+        let weight = (1.0 - (x - tx as f64).abs()).max(0.0) * (1.0 - (y - ty as f64).abs()).max(0.0);
         let [samples, variance] = [floats[0], floats[1]].map(f64::from);
         if weight > 0.0 && samples > 0.0 {
             let model = Model::<N>::stored(&floats[INNOVATIONS.head as usize..]);
@@ -105,7 +104,7 @@ fn relight(
     }
 }
 
-/// Random models: small changes, large ones, and regions without.
+/// Random models: small changes, large ones, and tiles without.
 fn random_models(random: &mut StdRng, u: &FrameUniforms) -> Vec<f32> {
     let model = |random: &mut StdRng| {
         let mut model: Vec<f32> =
@@ -116,7 +115,46 @@ fn random_models(random: &mut StdRng, u: &FrameUniforms) -> Vec<f32> {
         model[INNOVATIONS.head as usize + N - 3..][..3].fill(change);
         model
     };
-    (0..layout::count(u.regions)).flat_map(|_| model(random)).collect()
+    (0..layout::count(u.tiles)).flat_map(|_| model(random)).collect()
+}
+
+/// The moments are those of the images as they are stored.
+fn check_moments(
+    u: &FrameUniforms,
+    surfaces: &[Surface],
+    history: &[[f64; 4]],
+    noise: &[u32],
+    moments: &[f32],
+) {
+    let noise = unpack_noises(noise, history);
+    let tiles: Vec<Tile<M>> = tiles_of(SIZE, true, |i| {
+        let count = history[i][3];
+        if surfaces[i].is_miss() || count <= 0.0 {
+            return None;
+        }
+        let mut columns = [0.0; M];
+        columns[..M - 3].copy_from_slice(&features(u, i, &surfaces[i]));
+        columns[M - 3..].copy_from_slice(&history[i][..3]);
+        let noises = [noise[i].variance, noise[i].found(), noise[i].variance / count];
+        Some(Pixel { weight: count, columns, noises })
+    });
+    let found: Vec<f64> = moments.iter().copied().map(f64::from).collect();
+    let mut expected: Vec<f64> = tiles.iter().flat_map(Tile::flat).collect();
+    // Sums of 64 products of f32 with weights up to 32; squares near 0 keep the rounding of the terms they cancel from.
+    assert_eq!(mismatches(&found, &expected, 1e-4, 1e-3), 0.0);
+    // The comparator notices weights that are not by quarters.
+    let unweighted = tiles_of(SIZE, false, |i| {
+        let columns = [0.0; M];
+        let noises = [noise[i].variance, 0.0, 0.0];
+        (history[i][3] > 0.0 && !surfaces[i].is_miss()).then_some(Pixel {
+            weight: history[i][3],
+            columns,
+            noises,
+        })
+    });
+    let stride = MODELS.tile_stride() as usize;
+    expected.chunks_mut(stride).zip(&unweighted).for_each(|(tile, other)| tile[0] = other.weight());
+    assert!(mismatches(&found, &expected, 1e-4, 1e-3) > 0.5 / stride as f64);
 }
 
 /// Runs the pass on random images; how many samples the twin cut as fireflies, and how many histories were moved.
@@ -129,7 +167,7 @@ fn check(innovation: bool, firefly_limit: f32, index: u32) -> (usize, usize) {
     u.index = index;
     let mut models = random_models(&mut random, &u);
     if !innovation {
-        models.fill(0.0); // no region has samples
+        models.fill(0.0); // no tile has samples
     }
     let (words, surfaces) = guide(&frame);
     let mut old = random_history(&mut random, surfaces.len());
@@ -138,34 +176,45 @@ fn check(innovation: bool, firefly_limit: f32, index: u32) -> (usize, usize) {
         (0..3).for_each(|c| texel[c] = half::f16::from_f32(0.01 * f32::from(texel[c])));
     }
     let old_noise = random_noise(&mut random, surfaces.len());
-    let signal = random_signal(&mut random, &surfaces);
-    let (history, noise) = (blank(SIZE, Format::Rgba16Float), blank(SIZE, Format::Rgba16Float));
+    let (signal, samples) = random_signal(&mut random, &surfaces);
+    let (history, noise) = (blank(SIZE, Format::Rgba16Float), blank(SIZE, Format::R32Uint));
+    let floats = layout::count(u.tiles) as usize * MODELS.tile_stride() as usize;
+    let moments = upload_buffer(&vec![f32::NAN; floats]);
     let pass = Accumulate::new(&gpu().device);
     run(&u, |recorder| {
         let views = AccumulateViews {
-            signal: &upload(SIZE, Format::Rgba16Float, &signal),
-            guide: &upload(SIZE, Format::Rgba32Uint, &words),
-            reprojected: &upload(SIZE, Format::Rgba16Float, &old),
-            reprojected_noise: &upload(SIZE, Format::Rgba16Float, &old_noise),
+            signal: &upload(SIZE, Format::R32Uint, &signal),
+            guide: &upload(SIZE, Format::Rg32Uint, &words),
+            sample_count: &upload(SIZE, Format::R32Uint, &samples),
+            reprojected: &upload(SIZE, Format::Rg32Uint, &old), // four half floats are two words
+            reprojected_noise: &upload(SIZE, Format::R32Uint, &old_noise),
             innovations: &upload_buffer(&models),
             history: &history,
             noise: &noise,
+            moments: &moments,
         };
         pass.record(recorder, &views, SIZE);
     });
     let found = wide(&download(&history));
-    let found_noise = wide(&download(&noise));
+    let found_noise: Vec<u32> = download(&noise);
+    check_moments(&u, &surfaces, &found, &found_noise, &download_buffer(&moments));
 
-    let (signal, old, old_noise) = (wide(&signal), wide(&old), unpack(&old_noise));
+    let (signal, old) = (super::unpack_samples(&signal, &samples), wide(&old));
+    let old_noise = unpack_noises(&old_noise, &old);
     let (mut expected, mut expected_noise) = (vec![], vec![]);
     let (mut cut, mut moved) = (0, 0);
     for i in 0..signal.len() {
+        if surfaces[i].is_miss() {
+            expected.push(old[i]); // its radiance
+            expected_noise.push(Noise::default());
+            continue;
+        }
         let relit = relight(&u, i, &surfaces[i], old[i], old_noise[i], &models);
         let ([r, g, b], k) = (relit.mean, signal[i][3]);
         moved += usize::from(relit.mean != rgb(&old[i]));
         if k == 0.0 {
             expected.push([r, g, b, relit.count.min(32.0)]);
-            expected_noise.push(relit.noise.packed());
+            expected_noise.push(relit.noise);
             continue;
         }
         let uncut = luminance(rgb(&signal[i]));
@@ -179,7 +228,8 @@ fn check(innovation: bool, firefly_limit: f32, index: u32) -> (usize, usize) {
         let d = luminance(sample) - luminance(relit.mean);
         let new_share = relit.samples / (relit.samples + k);
         let [mean, spread] = spatial_spread(&u, i, &signal, &surfaces);
-        let first = alpha == 1.0;
+        // Nothing of the past is left that f32 would know of.
+        let first = alpha > 1.0 - 2.0_f64.powi(-25);
         let innovation = if first { luminance(sample) - mean } else { new_share.sqrt() * d };
         let old_v = relit.noise.variance;
         let variance =
@@ -189,15 +239,25 @@ fn check(innovation: bool, firefly_limit: f32, index: u32) -> (usize, usize) {
             let flip = if u.index.is_multiple_of(1 << s) { -1.0 } else { 1.0 };
             alpha * innovation + flip * (1.0 - alpha) * relit.noise.deviations[s]
         });
-        expected_noise.push(Noise { variance, deviations }.packed());
+        expected_noise.push(Noise { variance, deviations });
     }
     // One dithered step of a half float.
     let step = 2.0_f64.powi(-10);
     let wrong = mismatches(found.as_flattened(), expected.as_flattened(), step, 1e-5);
     assert_eq!(wrong, 0.0);
     // A neighbour on the threshold of a surface test may fall to either side.
-    let wrong = mismatches(found_noise.as_flattened(), expected_noise.as_flattened(), step, 1e-5);
-    assert!(wrong <= 0.005, "{wrong}");
+    let of_noise = compare_noise(&found_noise, &found, &expected_noise);
+    assert!(of_noise.wrong <= 0.005, "{of_noise:?}");
+    // Random rounding is right in the mean.
+    let drift = half_drift(&found, &expected);
+    assert!(drift.abs() < 0.02, "history drifts by {drift} of its last place");
+    assert!(of_noise.drift.iter().all(|drift| drift.abs() < 0.03), "{of_noise:?}");
+    // The comparators notice samples that vary by a tenth more, and deviations of another sign.
+    let mut noisier = expected_noise.clone();
+    noisier.iter_mut().for_each(|noise| noise.variance *= 1.1);
+    assert!(compare_noise(&found_noise, &found, &noisier).wrong > 0.5);
+    expected_noise.iter_mut().for_each(|noise| noise.deviations[1] *= -1.0);
+    assert!(compare_noise(&found_noise, &found, &expected_noise).wrong > 0.3);
     // The comparator notices a sample that entered with the wrong weight.
     expected.iter_mut().for_each(|h| h[3] += 1.0);
     assert!(mismatches(found.as_flattened(), expected.as_flattened(), step, 1e-6) > 0.2);

@@ -1,8 +1,7 @@
 //! `innovation` against its f64 twin.
 
-use super::change::N;
 use super::fit::ring;
-use super::regression::{Model, Moments, Row, Tile, TileBuffers, factor, floor_and_unit};
+use super::regression::{Model, Moments, Row, Tile, factor, floor_and_unit, upload_tiles};
 use super::{luminance, mismatches, run, uniforms};
 use crate::gpu::{download_buffer, gpu, upload_buffer};
 use crate::sequence::frame;
@@ -12,13 +11,13 @@ use quell::layout::{self, INNOVATIONS};
 use quell::passes::innovation::{Innovation, InnovationViews};
 use rand::{Rng, SeedableRng, rngs::StdRng};
 
+const N: usize = INNOVATIONS.columns() as usize;
 const F: usize = INNOVATIONS.features as usize;
 const RIDGE: f64 = 0.3;
 const LEAST_VARIATION: f64 = 0.3;
-const WINDOW_RADIUS: i64 = 2;
 const SIZE: [u32; 2] = [90, 53];
 
-/// A region's model, shrunk, with what it was fitted to.
+/// A tile's model, shrunk, with what it was fitted to.
 struct Twin {
     samples: f64,
     variance: f64,
@@ -27,9 +26,9 @@ struct Twin {
     rows: Vec<Row<N>>,
 }
 
-fn twin(regions: &[Tile<N>], grid: [u32; 2], centre: usize) -> Twin {
-    let members: Vec<usize> = (0..=WINDOW_RADIUS).flat_map(|r| ring(grid, centre, r)).collect();
-    let window: Vec<&Tile<N>> = members.iter().map(|&t| &regions[t]).collect();
+fn twin(tiles: &[Tile<N>], grid: [u32; 2], centre: usize) -> Twin {
+    let members: Vec<usize> = (1..=3).flat_map(|size| ring(grid, centre, size)).collect();
+    let window: Vec<&Tile<N>> = members.iter().map(|&t| &tiles[t]).collect();
     let samples: f64 = window.iter().map(|t| t.weight()).sum();
     let rows: Vec<Row<N>> = window
         .iter()
@@ -78,17 +77,17 @@ fn twin(regions: &[Tile<N>], grid: [u32; 2], centre: usize) -> Twin {
     Twin { samples, variance, significance, model, rows }
 }
 
-/// Random pixels of a region; `change` says what the light does to a pixel at x with a history.
-fn random_region(
+/// Random pixels of a tile; `change` says what the light does to a pixel at x with a history.
+fn random_tile(
     random: &mut StdRng,
-    [rx, ry]: [u32; 2],
+    [tx, ty]: [u32; 2],
     change: &dyn Fn(f64, f64) -> f64,
     noise: f64,
 ) -> Tile<N> {
     let rows = (0..64)
         .map(|_| {
-            let x = 8.0 * f64::from(rx) + random.random_range(0.0..8.0);
-            let y = 8.0 * f64::from(ry) + random.random_range(0.0..8.0);
+            let x = 8.0 * f64::from(tx) + random.random_range(0.0..8.0);
+            let y = 8.0 * f64::from(ty) + random.random_range(0.0..8.0);
             let mut c = [0.0; N];
             let tilt = random.random_range(-0.2..0.2_f64);
             c[..3].copy_from_slice(&[tilt, (1.0 - tilt * tilt).sqrt(), 0.1 * tilt]);
@@ -106,40 +105,35 @@ fn random_region(
     Tile { rows, noises: [variance, random.random_range(0.5..1.5), random.random_range(1.0..32.0)] }
 }
 
-fn random_regions(seed: u64, change: impl Fn(f64, f64) -> f64, noise: f64) -> Vec<Tile<N>> {
+fn random_tiles(seed: u64, change: impl Fn(f64, f64) -> f64, noise: f64) -> Vec<Tile<N>> {
     let mut random = StdRng::seed_from_u64(seed);
-    let [columns, rows] = layout::regions(SIZE);
+    let [columns, rows] = layout::tiles(SIZE);
     (0..columns * rows)
-        .map(|t| random_region(&mut random, [t % columns, t / columns], &change, noise))
+        .map(|t| random_tile(&mut random, [t % columns, t / columns], &change, noise))
         .collect()
 }
 
-/// Share of the GPU's predicted changes that differ from the twin's, and the twin's significance of each region.
-fn compare(gpu_regions: &[Tile<N>], regions: &[Tile<N>]) -> (f64, Vec<f64>) {
+/// Share of the GPU's predicted changes that differ from the twin's, and the twin's significance of each tile.
+fn compare(gpu_tiles: &[Tile<N>], tiles: &[Tile<N>]) -> (f64, Vec<f64>) {
     let eye = Vec3::new(0.0, 1.4, 1.0);
     let any_frame = frame(SIZE, eye, eye, 1);
     let mut u = uniforms(&any_frame, &any_frame);
     u.flags |= flags::INNOVATION;
-    let buffers = TileBuffers::upload(gpu_regions);
+    let moments = upload_tiles(gpu_tiles);
     let stride = INNOVATIONS.model_stride() as usize;
-    let models = upload_buffer(&vec![f32::NAN; regions.len() * stride]);
+    let models = upload_buffer(&vec![f32::NAN; tiles.len() * stride]);
     let pass = Innovation::new(&gpu().device);
     run(&u, |recorder| {
-        let views = InnovationViews {
-            tile_means: &buffers.means,
-            tile_squares_low: &buffers.low,
-            tile_squares_high: &buffers.high,
-            innovations: &models,
-        };
-        pass.record(recorder, &views, u.regions);
+        let views = InnovationViews { moments: &moments, innovations: &models };
+        pass.record(recorder, &views, u.tiles);
     });
     let models = download_buffer(&models);
     let (mut wrong, mut significances) = (vec![], vec![]);
     for (centre, model) in models.chunks(stride).enumerate() {
-        let twin = twin(regions, u.regions, centre);
+        let twin = twin(tiles, u.tiles, centre);
         let head = [f64::from(model[0]), f64::from(model[1])];
         wrong.push(mismatches(&head, &[twin.samples, twin.variance], 1e-4, 1e-9));
-        assert!(model.iter().all(|v| v.is_finite()), "region {centre}");
+        assert!(model.iter().all(|v| v.is_finite()), "tile {centre}");
         let found = Model::<N>::stored(&model[INNOVATIONS.head as usize..]);
         let rows = || twin.rows.iter().step_by(7);
         let values =
@@ -163,13 +157,13 @@ fn mean(values: &[f64]) -> f64 {
 fn matches_its_twin_whatever_the_light_does() {
     // Nothing, but noise.
     let (wrong, significances) =
-        compare(&random_regions(61, |_, _| 0.0, 1.0), &random_regions(61, |_, _| 0.0, 1.0));
+        compare(&random_tiles(61, |_, _| 0.0, 1.0), &random_tiles(61, |_, _| 0.0, 1.0));
     assert_eq!(wrong, 0.0);
     assert!(mean(&significances) < 0.05, "{significances:.2?}");
     // It goes, comes, or moves on; or changes by less than the noise in parts of the image.
     let switch = |change: fn(f64, f64) -> f64, noise: f64, least: f64| {
-        let regions = random_regions(62, change, noise);
-        let (wrong, significances) = compare(&regions, &regions);
+        let tiles = random_tiles(62, change, noise);
+        let (wrong, significances) = compare(&tiles, &tiles);
         assert_eq!(wrong, 0.0);
         assert!(mean(&significances) >= least, "{significances:.2?}");
         significances
@@ -183,17 +177,17 @@ fn matches_its_twin_whatever_the_light_does() {
 }
 
 #[test]
-fn matches_its_twin_on_adversarial_regions() {
-    let base = || random_regions(63, |_, history| -0.5 * history, 0.5);
-    let check = |name: &str, regions: &[Tile<N>]| {
-        let (wrong, significances) = compare(regions, regions);
+fn matches_its_twin_on_adversarial_tiles() {
+    let base = || random_tiles(63, |_, history| -0.5 * history, 0.5);
+    let check = |name: &str, tiles: &[Tile<N>]| {
+        let (wrong, significances) = compare(tiles, tiles);
         assert_eq!(wrong, 0.0, "{name}");
         significances
     };
-    let mut outlier = random_regions(64, |_, _| 0.0, 0.5);
+    let mut outlier = random_tiles(64, |_, _| 0.0, 0.5);
     outlier[30].rows[5].1[F..].fill(1e4);
     let significances = check("one bright outlier", &outlier);
-    let reached = (0..=WINDOW_RADIUS).flat_map(|r| ring(layout::regions(SIZE), 30, r));
+    let reached = (1..=3).flat_map(|size| ring(layout::tiles(SIZE), 30, size));
     assert!(reached.into_iter().all(|t| significances[t] == 0.0), "a firefly passes for light");
     let mut steep = base();
     for (_, c) in steep.iter_mut().flat_map(|tile| &mut tile.rows) {
@@ -217,6 +211,6 @@ fn matches_its_twin_on_adversarial_regions() {
 
 #[test]
 fn the_comparison_fails_on_another_change() {
-    let of = |level: f64| random_regions(65, move |_, history| level * history, 0.5);
+    let of = |level: f64| random_tiles(65, move |_, history| level * history, 0.5);
     assert!(compare(&of(-0.8), &of(-0.7)).0 > 0.3);
 }

@@ -1,12 +1,11 @@
 //! Plain f64 versions of the passes with mathematics in them, written from the formulas, against the GPU.
 
 mod accumulate;
-mod change;
 mod compose;
 mod fit;
 mod innovation;
-mod moments;
-mod noise;
+mod packed;
+mod packings;
 mod predict;
 mod regression;
 mod reproject;
@@ -26,7 +25,6 @@ fn uniforms(frame: &Frame, previous: &Frame) -> FrameUniforms {
         far: f32::INFINITY,
         size: frame.size,
         tiles: layout::tiles(frame.size),
-        regions: layout::regions(frame.size),
         index: 7,
         motion_scale: [1.0, 1.0],
         max_history: 32.0,
@@ -54,8 +52,9 @@ fn run(uniforms: &FrameUniforms, record: impl FnOnce(&mut Recorder<'_>)) {
 }
 
 /// The guide image of a frame: words for the GPU, and what they mean.
-fn guide(frame: &Frame) -> (Vec<[u32; 4]>, Vec<Surface>) {
-    let words: Vec<_> = (0..frame.depth.len()).map(|i| surface::pack(frame, i)).collect();
+fn guide(frame: &Frame) -> (Vec<[u32; 2]>, Vec<Surface>) {
+    let read = |i| surface::pack(&surface::read(frame, f64::INFINITY, i));
+    let words: Vec<_> = (0..frame.depth.len()).map(read).collect();
     let surfaces = words.iter().map(|&w| surface::unpack(w)).collect();
     (words, surfaces)
 }
@@ -71,13 +70,27 @@ fn random_history(random: &mut StdRng, pixels: usize) -> Vec<[half::f16; 4]> {
 }
 
 /// Samples of a frame with their number: none, one, or many.
-fn random_signal(random: &mut StdRng, surfaces: &[Surface]) -> Vec<[half::f16; 4]> {
+fn random_signal(random: &mut StdRng, surfaces: &[Surface]) -> (Vec<u32>, Vec<u32>) {
     let texel = |random: &mut StdRng, surface: &Surface| {
         let samples = if surface.is_miss() { 0 } else { [0, 1, 1, 2, 3, 8, 40][random.random_range(0..7)] };
-        let colour = if samples == 0 { 0.0 } else { random.random_range(0.0..8.0_f32) };
-        [colour, colour, 0.5 * colour, samples as f32].map(half::f16::from_f32)
+        let colour = random.random_range(0.0..8.0_f64);
+        let word = packed::pack_signal([colour, colour, 0.5 * colour]);
+        (if samples == 0 { packed::NO_SAMPLE } else { word }, samples)
     };
-    surfaces.iter().map(|surface| texel(random, surface)).collect()
+    surfaces.iter().map(|surface| texel(random, surface)).unzip()
+}
+
+/// Colour and number of samples; 0 for none.
+fn unpack_samples(words: &[u32], counts: &[u32]) -> Vec<[f64; 4]> {
+    let texel = |(&word, &count): (&u32, &u32)| {
+        let [r, g, b] = packed::unpack_signal(word);
+        if word == packed::NO_SAMPLE { [0.0; 4] } else { [r, g, b, f64::from(count.min(1024))] }
+    };
+    words.iter().zip(counts).map(texel).collect()
+}
+
+fn rgb(v: &[f64; 4]) -> [f64; 3] {
+    [v[0], v[1], v[2]]
 }
 
 fn wide(texels: &[[half::f16; 4]]) -> Vec<[f64; 4]> {

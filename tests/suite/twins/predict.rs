@@ -1,19 +1,21 @@
 //! `predict` against its f64 twin.
 
-use super::moments::N;
-use super::noise::{random_noise, unpack};
+use super::packed::{Prediction, RELATIVE_NOISE_STEPS};
 use super::regression::Model;
 use super::surface::features;
-use super::{guide, luminance, mismatches, random_history, run, uniforms, wide};
+use super::{guide, mismatches, run, uniforms};
 use crate::gpu::{blank, download, gpu, upload, upload_buffer, upload_words};
 use crate::sequence::frame;
 use glam::Vec3;
-use quell::layout::{self, MODELS, WIDEST_WINDOW};
+use quell::layout::{self, MODELS};
 use quell::passes::predict::{Predict, PredictViews};
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use wgpu::TextureFormat as Format;
 
-const SIZE: [u32; 2] = [61, 43];
+const SIZE: [u32; 2] = [122, 86];
+const N: usize = MODELS.columns() as usize;
+/// Half a window's width, by window from 1.
+const REACHES: [f64; 4] = [0.0, 12.0, 12.0, 20.0];
 
 #[test]
 fn matches_its_twin_for_random_windows() {
@@ -22,7 +24,6 @@ fn matches_its_twin_for_random_windows() {
     let frame = frame(SIZE, eye, eye, 1);
     let u = uniforms(&frame, &frame);
     let (words, surfaces) = guide(&frame);
-    let history = random_history(&mut random, surfaces.len());
     let [columns, rows] = layout::tiles(SIZE);
     let stride = MODELS.model_stride() as usize;
     let head = MODELS.head as usize;
@@ -41,30 +42,31 @@ fn matches_its_twin_for_random_windows() {
     let windows: Vec<u32> = (0..columns * rows)
         .map(|t| {
             let none = t % columns < columns / 3 || random.random_bool(0.5);
-            if none { 0 } else { random.random_range(1..=WIDEST_WINDOW) }
+            if none { 0 } else { random.random_range(1..=3) }
         })
         .collect();
-    let noise = random_noise(&mut random, surfaces.len());
-    let prediction = blank(SIZE, Format::Rgba16Float);
+    let prediction = blank(SIZE, Format::Rg32Uint);
     let pass = Predict::new(&gpu().device);
     run(&u, |recorder| {
         let views = PredictViews {
-            guide: &upload(SIZE, Format::Rgba32Uint, &words),
-            history: &upload(SIZE, Format::Rgba16Float, &history),
-            noise: &upload(SIZE, Format::Rgba16Float, &noise),
+            guide: &upload(SIZE, Format::Rg32Uint, &words),
             models: &upload_buffer(&models),
             windows: &upload_words(&windows),
             prediction: &prediction,
         };
         pass.record(recorder, &views, SIZE);
     });
-    let found = wide(&download(&prediction));
+    // Signal, noise gain, and the relative noise's logarithm in steps: -1e9 where no model reaches.
+    let steps = |noise: f64| if noise >= 0.0 { noise.log2() * RELATIVE_NOISE_STEPS } else { -1e9 };
+    let flat =
+        |p: &Prediction| [p.signal[0], p.signal[1], p.signal[2], p.noise_gain, steps(p.relative_noise)];
+    let found = download::<[u32; 2]>(&prediction).into_iter().map(|words| flat(&Prediction::unpack(words)));
+    let found: Vec<[f64; 5]> = found.collect();
 
-    let (history, noise) = (wide(&history), unpack(&noise));
     let (mut expected, mut alone) = (vec![], 0);
     for (i, surface) in surfaces.iter().enumerate() {
         if surface.is_miss() {
-            expected.push([0.0; 4]);
+            expected.push(flat(&Prediction::NONE));
             continue;
         }
         let z = features(&u, i, surface);
@@ -72,12 +74,12 @@ fn matches_its_twin_for_random_windows() {
         let (mut sum, mut gain, mut relative_noise, mut total) = ([0.0; 3], 0.0, 0.0, 0.0);
         // Every model of the image: those that do not reach the pixel have weight 0.
         for (tile, model) in models.chunks(stride).enumerate() {
-            let reach = f64::from(windows[tile]) * 4.0 + 2.0;
-            let (cx, cy) = ((tile as u32 % columns * 4 + 2) as f64, (tile as u32 / columns * 4 + 2) as f64);
-            let tent = (1.0 - (x - cx).abs() / reach).max(0.0) * (1.0 - (y - cy).abs() / reach).max(0.0);
-            if windows[tile] == 0 || model[0] <= 0.0 || tent == 0.0 {
+            if windows[tile] == 0 || model[0] <= 0.0 {
                 continue;
             }
+            let reach = REACHES[windows[tile] as usize];
+            let (cx, cy) = ((tile as u32 % columns * 8 + 4) as f64, (tile as u32 / columns * 8 + 4) as f64);
+            let tent = (1.0 - (x - cx).abs() / reach).max(0.0) * (1.0 - (y - cy).abs() / reach).max(0.0);
             let weight = tent * f64::from(model[3]);
             let value = Model::<N>::stored(&model[head..]).value(&z);
             (0..3).for_each(|c| sum[c] += weight * value[c]);
@@ -86,21 +88,25 @@ fn matches_its_twin_for_random_windows() {
             total += weight;
         }
         alone += usize::from(total == 0.0);
-        let mean = [history[i][0], history[i][1], history[i][2]];
-        let predicted = if total > 0.0 { sum.map(|s| (s / total).max(0.0)) } else { mean };
-        let standard_error = if total > 0.0 && history[i][3] > 0.0 {
-            let n = history[i][3];
-            // With a prior sample, as noisy as the window's.
-            let prior = relative_noise / total * luminance(predicted).powi(2);
-            ((gain / total * noise[i].variance * n + prior) / (n + 1.0) / n).sqrt()
-        } else {
-            -1.0
+        let known = Prediction {
+            signal: sum.map(|s| (s / total).max(0.0)),
+            noise_gain: gain / total,
+            relative_noise: relative_noise / total,
         };
-        expected.push([predicted[0], predicted[1], predicted[2], standard_error]);
+        expected.push(flat(if total > 0.0 { &known } else { &Prediction::NONE }));
     }
     assert!(alone > 100, "no pixel is out of all models' reach");
-    // Half floats round to 2^-11; values cancel to no less than 1e-3 of the largest.
-    assert_eq!(mismatches(found.as_flattened(), expected.as_flattened(), 2.0_f64.powi(-10), 1e-3), 0.0);
-    expected.iter_mut().for_each(|p| p[1] += 0.05);
-    assert!(mismatches(found.as_flattened(), expected.as_flattened(), 2.0_f64.powi(-10), 1e-3) > 0.1);
+    // By kind: half floats round to 2^-11, and values cancel to no less than 1e-3 of the largest; half a step of 8 bits.
+    let wrong = |expected: &[[f64; 5]]| {
+        let of = |range: std::ops::Range<usize>, relative, absolute| {
+            let flat = |texels: &[[f64; 5]]| -> Vec<f64> {
+                texels.iter().flat_map(|texel| texel[range.clone()].to_vec()).collect()
+            };
+            mismatches(&flat(&found), &flat(expected), relative, absolute)
+        };
+        [of(0..3, 2.0_f64.powi(-10), 1e-3), of(3..4, 0.0, 0.501 / 255.0), of(4..5, 0.0, 0.501)]
+    };
+    assert_eq!(wrong(&expected), [0.0; 3]);
+    expected.iter_mut().for_each(|p| (p[1], p[3], p[4]) = (p[1] + 0.05, p[3] + 0.01, p[4] + 1.0));
+    assert!(wrong(&expected).iter().all(|&share| share > 0.1), "{:?}", wrong(&expected));
 }

@@ -1,8 +1,9 @@
 //! Weighted moments and ridge regression over rows of N columns, the last three of which are colour; and how tiles of rows lie
-//! in the GPU's buffers.
+//! in the GPU's buffer.
 
 use super::luminance;
-use crate::gpu::{download_buffer, upload_buffer};
+use crate::gpu::upload_buffer;
+use quell::layout::{self, TILE};
 
 /// A pixel: its weight, then features and colour.
 pub type Row<const N: usize> = (f64, [f64; N]);
@@ -128,48 +129,63 @@ impl<const N: usize> Tile<N> {
     }
 }
 
-pub struct TileBuffers {
-    pub means: wgpu::Buffer,
-    pub low: wgpu::Buffer,
-    pub high: wgpu::Buffer,
+/// The buffer of the moments of tiles.
+pub fn upload_tiles<const N: usize>(tiles: &[Tile<N>]) -> wgpu::Buffer {
+    upload_buffer(&tiles.iter().flat_map(Tile::flat).map(|v| v as f32).collect::<Vec<_>>())
 }
 
-const fn stride(columns: usize) -> usize {
-    4 + columns
+/// A pixel of a tile, with its noises.
+pub struct Pixel<const N: usize> {
+    pub weight: f64,
+    pub columns: [f64; N],
+    pub noises: [f64; 3],
 }
 
-const fn half_squares(columns: usize) -> usize {
-    (columns * (columns + 1) / 2).div_ceil(2)
-}
-
-impl TileBuffers {
-    pub fn upload<const N: usize>(tiles: &[Tile<N>]) -> Self {
-        let (mut means, mut low, mut high) = (vec![], vec![], vec![]);
-        for tile in tiles {
-            let flat: Vec<f32> = tile.flat().into_iter().map(|v| v as f32).collect();
-            let (of_means, squares) = flat.split_at(stride(N));
-            let (of_low, of_high) = squares.split_at(half_squares(N));
-            means.extend(of_means);
-            low.extend(of_low);
-            high.extend(of_high);
-            high.resize(low.len(), 0.0);
+/// The tiles of an image, some of whose pixels are left out. By quarters, pixels are weighted by inverse variance within
+/// their tile: by the variance of their 4x4 pixels over that of the whole.
+pub fn tiles_of<const N: usize>(
+    [width, height]: [u32; 2],
+    by_quarters: bool,
+    pixel: impl Fn(usize) -> Option<Pixel<N>>,
+) -> Vec<Tile<N>> {
+    let [columns, rows] = layout::tiles([width, height]);
+    let tile = |t: u32| {
+        let (left, top) = (t % columns * TILE, t / columns * TILE);
+        let quarters: [Vec<Pixel<N>>; 4] = std::array::from_fn(|q| {
+            let (x, y) = (left + q as u32 % 2 * TILE / 2, top + q as u32 / 2 * TILE / 2);
+            let places = (y..(y + TILE / 2).min(height))
+                .flat_map(|y| (x..(x + TILE / 2).min(width)).map(move |x| (y * width + x) as usize));
+            places.filter_map(&pixel).collect()
+        });
+        let variance = |pixels: &mut dyn Iterator<Item = &Pixel<N>>| {
+            let sums = pixels.fold([0.0; 2], |[v, w], p| [v + p.weight * p.noises[0], w + p.weight]);
+            sums[0] / f64::max(sums[1], 1e-30)
+        };
+        let whole = variance(&mut quarters.iter().flatten());
+        let weight = |quarter: &[Pixel<N>]| {
+            let own = if whole > 0.0 { variance(&mut quarter.iter()) / whole } else { 0.0 };
+            if by_quarters { (1.0 + VARIANCE_FLOOR) / (own + VARIANCE_FLOOR) } else { 1.0 }
+        };
+        let factors: Vec<f64> = quarters.iter().map(|quarter| weight(quarter)).collect();
+        let mut tile = Tile { rows: vec![], noises: [0.0; 3] };
+        for (quarter, factor) in quarters.iter().zip(factors) {
+            for p in quarter {
+                (0..3).for_each(|k| tile.noises[k] += factor * p.weight * p.noises[k]);
+                tile.rows.push((factor * p.weight, p.columns));
+            }
         }
-        Self { means: upload_buffer(&means), low: upload_buffer(&low), high: upload_buffer(&high) }
-    }
-
-    /// Of each tile, as [`Tile::flat`].
-    pub fn download<const N: usize>(&self) -> Vec<f64> {
-        let [means, low, high] = [&self.means, &self.low, &self.high].map(download_buffer);
-        let rest = N * (N + 1) / 2 - half_squares(N);
-        let squares = low.chunks(half_squares(N)).zip(high.chunks(half_squares(N)));
-        let tiles = means.chunks(stride(N)).zip(squares);
-        tiles.flat_map(|(means, (low, high))| [means, low, &high[..rest]].concat()).map(f64::from).collect()
-    }
+        let total = f64::max(tile.weight(), 1e-30);
+        tile.noises = tile.noises.map(|sum| sum / total);
+        tile
+    };
+    (0..columns * rows).map(tile).collect()
 }
+
+/// How much more a tile, or a quarter of one, without noise may count than an average one.
+const VARIANCE_FLOOR: f64 = 0.1;
 
 /// How much more a tile counts than by its number of samples: by inverse variance, floored.
 pub fn factor<const N: usize>(tile: &Tile<N>, window: &[&Tile<N>]) -> f64 {
-    const VARIANCE_FLOOR: f64 = 0.1;
     let weight: f64 = window.iter().map(|t| t.weight()).sum();
     let variance = window.iter().map(|t| t.weight() * t.noises[0]).sum::<f64>() / weight.max(1e-30);
     (1.0 + VARIANCE_FLOOR) / (tile.noises[0] / variance.max(1e-30) + VARIANCE_FLOOR)

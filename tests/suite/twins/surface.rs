@@ -1,5 +1,7 @@
 //! Surfaces, views and features in f64.
 
+use super::luminance;
+use super::packed::pcg;
 use crate::sequence::Frame;
 use glam::{DMat3, DVec2, DVec3};
 use quell::gpu::{FrameUniforms, ViewUniforms};
@@ -20,41 +22,88 @@ impl Surface {
     }
 }
 
-/// The words `prepare` writes for a pixel.
-pub fn pack(frame: &Frame, i: usize) -> [u32; 4] {
-    let depth = if frame.depth[i].is_finite() { frame.depth[i] } else { 0.0 };
-    let n = DVec3::new(frame.normal[i][0].into(), frame.normal[i][1].into(), frame.normal[i][2].into());
-    let n = n.try_normalize().unwrap_or(DVec3::Z);
+const LARGEST_INVERSE_ALBEDO: f64 = 5.0;
+const IDS: u32 = 1024;
+
+/// What is known of a pixel of a frame's images (whose albedo, normal and roughness are half floats), repaired.
+pub fn read(frame: &Frame, far: f64, i: usize) -> Surface {
+    let half = |v: f32| f64::from(half::f16::from_f32(v));
+    let depth = f64::from(frame.depth[i]);
+    let hit = depth > 0.0 && depth < far.min(1e12); // NaN is none
+    let [x, y, z, roughness] = frame.normal[i].map(half);
+    let n = DVec3::new(x, y, z);
+    let usable = n.is_finite() && n.length_squared() >= 1e-8;
+    Surface {
+        normal: if usable { n.normalize() } else { DVec3::Z },
+        depth: if hit { depth } else { 0.0 },
+        inverse_albedo: 0.1 / luminance(demodulator(frame, i)),
+        roughness: if roughness.is_finite() { roughness.clamp(0.0, 1.0) } else { 1.0 },
+        id: pcg(frame.id[i]) % IDS,
+    }
+}
+
+/// What radiance is divided by.
+pub fn demodulator(frame: &Frame, i: usize) -> [f64; 3] {
+    let [r, g, b, _] = frame.albedo[i].map(|c| f64::from(half::f16::from_f32(c)));
+    let rgb = [r, g, b];
+    if rgb.iter().all(|c| c.is_finite()) { rgb.map(|c| c.max(0.02)) } else { [1.0; 3] }
+}
+
+fn sign(v: f64) -> f64 {
+    if v >= 0.0 { 1.0 } else { -1.0 }
+}
+
+/// Normal 11 + 11 bits, id 10; roughness 5, 1/albedo 7, depth 20.
+pub fn pack(s: &Surface) -> [u32; 2] {
+    let n = s.normal;
     let mut e = n.truncate() / (n.x.abs() + n.y.abs() + n.z.abs());
     if n.z < 0.0 {
-        let sign = |v: f64| if v >= 0.0 { 1.0 } else { -1.0 };
         e = DVec2::new((1.0 - e.y.abs()) * sign(e.x), (1.0 - e.x.abs()) * sign(e.y));
     }
-    let snorm = |v: f64| u32::from((v * 32767.0).round() as i16 as u16);
-    let a = frame.albedo[i].map(|c| f64::from(c).max(0.02));
-    let q = 0.1 / super::luminance([a[0], a[1], a[2]]);
-    let unorm = |v: f64| (v * 65535.0).round() as u32;
+    let signed = |v: f64| ((v * 1023.0).round() + 1023.0) as u32;
+    let material = (s.inverse_albedo / LARGEST_INVERSE_ALBEDO).clamp(0.0, 1.0).sqrt();
     [
-        snorm(e.x) | snorm(e.y) << 16,
-        depth.to_bits(),
-        unorm(q / 5.0) | unorm(frame.normal[i][3].into()) << 16,
-        frame.id[i],
+        signed(e.x) | signed(e.y) << 11 | s.id << 22,
+        (s.roughness * 31.0).round() as u32
+            | ((material * 127.0).round() as u32) << 5
+            | pack_depth(s.depth) << 12,
     ]
 }
 
-pub fn unpack([normal, depth, material, id]: [u32; 4]) -> Surface {
-    let half = |bits: u32| f64::from(bits as u16 as i16) / 32767.0;
-    let e = DVec2::new(half(normal), half(normal >> 16));
+/// Exponents of the least and the largest depth, which has a mantissa of 13 bits. Code 0 is a miss.
+pub const DEPTH_EXPONENTS: [i32; 2] = [-64, 63];
+
+fn pack_depth(depth: f64) -> u32 {
+    if depth <= 0.0 {
+        return 0;
+    }
+    let [least, most] = DEPTH_EXPONENTS;
+    let exponent = (depth.log2().floor() as i32).clamp(least, most);
+    // A mantissa that is rounded up to 2 is the next exponent's first.
+    let mantissa = ((depth / 2.0_f64.powi(exponent) - 1.0) * 8192.0).round();
+    let code = f64::from(exponent - least) * 8192.0 + mantissa;
+    code.clamp(1.0, f64::from((1 << 20) - 1)) as u32
+}
+
+fn unpack_depth(code: u32) -> f64 {
+    if code == 0 {
+        return 0.0;
+    }
+    (1.0 + f64::from(code % 8192) / 8192.0) * 2.0_f64.powi((code / 8192) as i32 + DEPTH_EXPONENTS[0])
+}
+
+pub fn unpack([low, high]: [u32; 2]) -> Surface {
+    let signed = |bits: u32| (f64::from(bits & 2047) - 1023.0) / 1023.0;
+    let e = DVec2::new(signed(low), signed(low >> 11));
     let z = 1.0 - e.x.abs() - e.y.abs();
-    let sign = |v: f64| if v >= 0.0 { 1.0 } else { -1.0 };
     let folded = DVec2::new((1.0 - e.y.abs()) * sign(e.x), (1.0 - e.x.abs()) * sign(e.y));
     let xy = if z < 0.0 { folded } else { e };
     Surface {
         normal: xy.extend(z).normalize(),
-        depth: f32::from_bits(depth).into(),
-        inverse_albedo: f64::from(material & 0xffff) / 65535.0 * 5.0,
-        roughness: f64::from(material >> 16) / 65535.0,
-        id,
+        depth: unpack_depth(high >> 12),
+        inverse_albedo: (f64::from(high >> 5 & 127) / 127.0).powi(2) * LARGEST_INVERSE_ALBEDO,
+        roughness: f64::from(high & 31) / 31.0,
+        id: low >> 22,
     }
 }
 
@@ -92,16 +141,10 @@ pub fn same_surface(a: &Surface, b: &Surface, offset: DVec3) -> bool {
         && a.normal.dot(offset).abs() < 0.01 * a.depth
 }
 
-fn pcg(v: u32) -> u32 {
-    let state = v.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
-    (word >> 22) ^ word
-}
-
 /// The feature table.
 pub fn surface_features(frame: &FrameUniforms, i: usize, s: &Surface) -> [f64; SURFACE_FEATURES as usize] {
     let p = position_of(frame, &frame.current, pixel(frame, i), s.depth);
-    let id = f64::from(pcg(s.id)) / 2_147_483_648.0 - 1.0;
+    let id = f64::from(s.id) * 2.0 / f64::from(IDS - 1) - 1.0;
     [s.normal.x, s.normal.y, s.normal.z, p.x, p.y, p.z, s.inverse_albedo, id, s.roughness]
 }
 

@@ -1,10 +1,9 @@
 //! The models that the GPU fitted, with the windows that it chose, against the twin's.
 
 use super::super::mismatches;
-use super::super::moments::N;
 use super::super::regression::{Model, Tile};
 use super::tiles::{SIZE, adversarial_tiles, random_tiles};
-use super::{F, candidates, run_fit};
+use super::{F, N, candidates, run_fit};
 use quell::layout::MODELS;
 use quell::{Centres, Windows};
 use rand::{SeedableRng, rngs::StdRng};
@@ -22,7 +21,7 @@ struct Difference {
 
 const NONE: Difference = Difference { windows: 0, heads: 0, predictions: 0.0 };
 
-/// Fits `gpu_tiles` on the GPU and `tiles` by the twin. Also counts the windows of each radius that the GPU chose.
+/// Fits `gpu_tiles` on the GPU and `tiles` by the twin. Also counts the windows of each size that the GPU chose.
 fn compare(
     gpu_tiles: &[Tile<N>],
     tiles: &[Tile<N>],
@@ -32,11 +31,11 @@ fn compare(
     let found = run_fit(gpu_tiles, SIZE, windows, centres);
     let (mut chosen, mut wrong_windows, mut wrong_heads) = ([0; 4], 0, 0);
     let mut wrong = vec![];
-    for (centre, &radius) in found.windows.iter().enumerate().filter(|(_, radius)| **radius > 0) {
-        chosen[radius as usize] += 1;
+    for (centre, &size) in found.windows.iter().enumerate().filter(|(_, size)| **size > 0) {
+        chosen[size as usize] += 1;
         let all = candidates(tiles, &found.frame, centre, windows == Windows::RingError);
         let least = all.iter().map(|candidate| candidate.risk).fold(f64::INFINITY, f64::min);
-        let Some(twin) = all.into_iter().find(|candidate| candidate.radius == radius) else {
+        let Some(twin) = all.into_iter().find(|candidate| candidate.size == size) else {
             wrong_windows += 1;
             continue;
         };
@@ -60,7 +59,7 @@ fn compare(
         let rows = || twin.rows.iter().step_by(3);
         let values =
             |model: &Model<N>| -> Vec<f64> { rows().flat_map(|(_, c)| model.value(&c[..F])).collect() };
-        // f32 sums over up to 784 pixels and a system of condition up to 1/ridge: 1e-3 of the value; and where large values
+        // f32 sums over up to 400 pixels and a system of condition up to 1/ridge: 1e-3 of the value; and where large values
         // cancel to small ones, the rounding of some hundred sums of the large.
         wrong.push(mismatches(&values(&model), &values(&twin.model), 1e-3, 1e-4 * twin.brightest));
     }
@@ -79,11 +78,11 @@ fn every_window_of_random_tiles_matches_its_twin() {
         assert!(chosen[1..].iter().all(|&count| count >= 2), "{windows:?}: {chosen:?}");
         assert_eq!(compare(&tiles, &tiles, windows, Centres::Adaptive).0, NONE, "{windows:?}, adaptive");
     }
-    for radius in 1..=3 {
-        let windows = Windows::Fixed(radius);
+    for size in 1..=3 {
+        let windows = Windows::Fixed(size);
         let (difference, chosen) = compare(&tiles, &tiles, windows, Centres::Uniform(2));
         assert_eq!(difference, NONE, "{windows:?}");
-        assert_eq!(chosen.iter().sum::<usize>(), chosen[radius as usize], "{windows:?}: {chosen:?}");
+        assert_eq!(chosen.iter().sum::<usize>(), chosen[size as usize], "{windows:?}: {chosen:?}");
     }
 }
 
@@ -110,7 +109,7 @@ fn the_comparison_fails_on_other_tiles() {
     // The edge elsewhere: other windows are best.
     let mut moved = tiles.clone();
     for (_, c) in moved.iter_mut().flat_map(|tile| &mut tile.rows) {
-        c[F] += if (20.0..25.0).contains(&c[9]) { 4.0 } else { 0.0 };
+        c[F] += if (38.0..58.0).contains(&c[9]) { 4.0 } else { 0.0 };
     }
     let (difference, _) = compare(&tiles, &moved, Windows::MallowsCp, Centres::Uniform(1));
     assert!(difference.windows > 10, "{difference:?}");

@@ -5,18 +5,20 @@ mod placement;
 mod recursion;
 mod tiles;
 
-use super::moments::N;
-use super::regression::{Model, Moments, Row, Tile, TileBuffers, factor, floor_and_unit};
+use super::regression::{Model, Moments, Row, Tile, factor, floor_and_unit, upload_tiles};
 use super::{luminance, run, uniforms};
 use crate::gpu::{download_buffer, download_words, gpu, upload_buffer, upload_words};
 use crate::sequence::frame;
 use glam::{DVec3, Vec3};
 use quell::gpu::FrameUniforms;
-use quell::layout::{self, LEVEL_WORDS, LEVELS, MODELS, SURFACE_FEATURES};
+use quell::layout::{self, LEVEL_WORDS, LEVELS, MODELS, SURFACE_FEATURES, WIDEST_WINDOW_PX};
 use quell::passes::fit::{Fit, FitViews};
 use quell::{Centres, Windows};
 
+const N: usize = MODELS.columns() as usize;
 const F: usize = MODELS.features as usize;
+/// Half a window's width in pixels, by window from 1.
+const REACHES: [f64; 4] = [0.0, 12.0, 12.0, 20.0];
 const RIDGE: f64 = 1e-3;
 
 /// What the pass left behind.
@@ -32,10 +34,13 @@ fn run_fit(tiles: &[Tile<N>], size: [u32; 2], windows: Windows, centres: Centres
     let eye = Vec3::new(0.0, 1.4, 1.0);
     let any_frame = frame(size, eye, eye, 1);
     let mut u = uniforms(&any_frame, &any_frame);
+    // As in a frame that is large enough for all windows.
+    u.size = [8 * WIDEST_WINDOW_PX; 2];
     u.set_windows(windows, centres);
+    u.size = size;
     u.flags |= if windows == Windows::RingError { quell::gpu::flags::RING_ERROR } else { 0 };
     assert_eq!(tiles.len() as u64, layout::count(u.tiles));
-    let buffers = TileBuffers::upload(tiles);
+    let moments = upload_tiles(tiles);
     let nothing = || upload_words(&vec![0; tiles.len()]);
     let (centre_list, windows, coverage) = (nothing(), nothing(), nothing());
     let levels = upload_words(&[0; LEVEL_WORDS as usize * LEVELS]);
@@ -43,9 +48,7 @@ fn run_fit(tiles: &[Tile<N>], size: [u32; 2], windows: Windows, centres: Centres
     let pass = Fit::new(&gpu().device);
     run(&u, |recorder| {
         let views = FitViews {
-            tile_means: &buffers.means,
-            tile_squares_low: &buffers.low,
-            tile_squares_high: &buffers.high,
+            moments: &moments,
             centre_list: &centre_list,
             levels: &levels,
             models: &models,
@@ -66,7 +69,7 @@ fn run_fit(tiles: &[Tile<N>], size: [u32; 2], windows: Windows, centres: Centres
 
 /// A window that a centre may choose, and what it would be worth.
 struct Candidate {
-    radius: u32,
+    size: u32,
     /// Estimated squared error of its predictions.
     risk: f64,
     weight: f64,
@@ -90,13 +93,17 @@ impl Candidate {
     }
 }
 
-/// Tiles of a window's ring about a centre.
-pub fn ring(grid: [u32; 2], centre: usize, radius: i64) -> Vec<usize> {
+/// Tiles that a window has beyond those of the window inside it: a cross, its corners, the border of 5x5.
+pub fn ring(grid: [u32; 2], centre: usize, size: u32) -> Vec<usize> {
     let [columns, rows] = grid.map(i64::from);
     let (cx, cy) = (centre as i64 % columns, centre as i64 / columns);
-    let offsets = (-radius..=radius).flat_map(|y| (-radius..=radius).map(move |x| (x, y)));
-    let on_ring = offsets.filter(|(x, y)| x.abs().max(y.abs()) == radius);
-    let places = on_ring.map(|(x, y)| (cx + x, cy + y));
+    let offsets = (-2..=2_i64).flat_map(|y| (-2..=2_i64).map(move |x| (x, y)));
+    let window = |(x, y): (i64, i64)| match (x.abs() + y.abs(), x.abs().max(y.abs())) {
+        (0..=1, _) => 1,
+        (_, 1) => 2,
+        _ => 3,
+    };
+    let places = offsets.filter(|&offset| window(offset) == size).map(|(x, y)| (cx + x, cy + y));
     let inside = places.filter(|&(x, y)| (0..columns).contains(&x) && (0..rows).contains(&y));
     inside.map(|(x, y)| (y * columns + x) as usize).collect()
 }
@@ -104,7 +111,7 @@ pub fn ring(grid: [u32; 2], centre: usize, radius: i64) -> Vec<usize> {
 /// All windows that the centre may choose, inside out. Errors on rings are found by predicting pixel by pixel.
 fn candidates(tiles: &[Tile<N>], frame: &FrameUniforms, centre: usize, by_ring: bool) -> Vec<Candidate> {
     let rings: Vec<Vec<usize>> =
-        (0..=frame.widest_window).map(|radius| ring(frame.tiles, centre, radius.into())).collect();
+        (1..=frame.widest_window).map(|size| ring(frame.tiles, centre, size)).collect();
     let all: Vec<&Tile<N>> = rings.iter().flatten().map(|&t| &tiles[t]).collect();
     let weighted = |t: usize| -> Vec<Row<N>> {
         let factor = factor(&tiles[t], &all);
@@ -123,9 +130,9 @@ fn candidates(tiles: &[Tile<N>], frame: &FrameUniforms, centre: usize, by_ring: 
     let (mut found, mut members, mut rows) = (vec![], vec![], vec![]);
     let mut inner: Option<Model<N>> = None;
     let (mut error, mut tested) = (0.0, 0.0);
-    for (radius, ring) in (0..).zip(&rings) {
+    for (size, ring) in (1..).zip(&rings) {
         let ring_rows = rows_of(ring);
-        if let Some(inner) = inner.as_ref().filter(|_| radius > 1) {
+        if let Some(inner) = &inner {
             error += inner.squared_error(&ring_rows);
             tested += ring_rows.iter().map(|(w, _)| w).sum::<f64>();
         }
@@ -137,21 +144,21 @@ fn candidates(tiles: &[Tile<N>], frame: &FrameUniforms, centre: usize, by_ring: 
         let mean = if weight > 0.0 { moments.mean } else { nowhere };
         let colour = luminance([mean[F], mean[F + 1], mean[F + 2]]);
         let relative_noise = (noise(0) / (colour * colour).max(1e-12)).min(1e3);
-        let slopes = ridge(&moments, &mean, relative_noise, radius);
+        let slopes = ridge(&moments, &mean, relative_noise, size);
         let model = Model { mean, slopes };
         let residual = model.squared_error(&rows);
-        let pixels = 16 * members.iter().filter(|&&t| tiles[t].weight() > 0.0).count();
+        let pixels = 64 * members.iter().filter(|&&t| tiles[t].weight() > 0.0).count();
         let cp = residual / weight.max(1e-30) + 2.0 * (F as f64 + 1.0) * noise(1) / pixels.max(1) as f64;
-        if radius == 1 {
+        if size == 1 {
             (error, tested) = (cp * weight, weight);
         }
         let risk = if by_ring { error / tested.max(1e-30) } else { cp };
         // A window without samples has shown nothing.
-        let risk = if weight <= 0.0 && radius < frame.widest_window { f64::INFINITY } else { risk };
-        if radius >= frame.least_window {
+        let risk = if weight <= 0.0 && size < frame.widest_window { f64::INFINITY } else { risk };
+        if size >= frame.least_window {
             let luminances = rows.iter().map(|(_, c)| luminance([c[F], c[F + 1], c[F + 2]]));
             found.push(Candidate {
-                radius,
+                size,
                 risk,
                 weight,
                 noise_gain: if noise(2) > 0.0 { (noise(1) / noise(2)).min(1.0) } else { 1.0 },
@@ -176,14 +183,32 @@ fn floors(mean: &[f64; N]) -> Vec<f64> {
 }
 
 /// Ridge in the features' own units: what a slope of the mean colour per feature unit weighs in samples.
-fn priors(mean: &[f64; N], relative_noise: f64, radius: u32) -> Vec<f64> {
+fn priors(mean: &[f64; N], relative_noise: f64, size: u32) -> Vec<f64> {
     let distance = DVec3::new(mean[3], mean[4], mean[5]).length();
     let own = SURFACE_FEATURES as usize;
-    let reach = f64::from(4 * radius + 2);
-    let unit = |i| if i < own { floor_and_unit(i, distance).1 } else { reach };
+    let unit = |i| if i < own { floor_and_unit(i, distance).1 } else { REACHES[size as usize] };
     (0..F).map(|i| relative_noise * unit(i) * unit(i)).collect()
 }
 
-fn ridge(moments: &Moments<N>, mean: &[f64; N], relative_noise: f64, radius: u32) -> Vec<[f64; 3]> {
-    moments.slopes(RIDGE, &floors(mean), &priors(mean, relative_noise, radius))
+fn ridge(moments: &Moments<N>, mean: &[f64; N], relative_noise: f64, size: u32) -> Vec<[f64; 3]> {
+    moments.slopes(RIDGE, &floors(mean), &priors(mean, relative_noise, size))
+}
+
+#[test]
+fn the_widest_windows_need_a_large_frame() {
+    let windows = |size, windows, centres| {
+        let mut u: FrameUniforms = bytemuck::Zeroable::zeroed();
+        u.size = size;
+        u.set_windows(windows, centres);
+        [u.least_window, u.widest_window]
+    };
+    let (cp, adaptive) = (Windows::MallowsCp, Centres::Adaptive);
+    assert_eq!(windows([320, 320], cp, adaptive), [1, 3]);
+    assert_eq!(windows([319, 2000], cp, adaptive), [1, 2]);
+    assert_eq!(windows([2000, 319], Windows::RingError, Centres::Uniform(2)), [1, 2]);
+    // Those of uniform centres reach each other, whatever the frame's size.
+    assert_eq!(windows([64, 64], cp, Centres::Uniform(4)), [3, 3]);
+    assert_eq!(windows([64, 64], Windows::Fixed(1), Centres::Uniform(4)), [3, 3]);
+    assert_eq!(windows([64, 64], Windows::Fixed(3), adaptive), [3, 3]);
+    assert_eq!(windows([640, 640], Windows::Fixed(1), adaptive), [1, 1]);
 }

@@ -1,16 +1,15 @@
 //! Where models are placed, against a plain placement coarse to fine.
 
-use super::super::moments::N;
 use super::super::regression::Tile;
 use super::tiles::random_tiles;
-use super::{Found, ring, run_fit};
+use super::{Found, N, REACHES, run_fit};
 use quell::layout::{self, COVERAGE_ONE, LEVEL_STRIDES, LEVEL_WORDS, LEVELS};
 use quell::{Centres, Windows};
 use rand::{SeedableRng, rngs::StdRng};
 
-/// Centres per level, and the coverage of each tile in the end, given the radius of each centre's window.
-fn place(grid: [u32; 2], centres: Centres, radii: &[u32]) -> ([Vec<usize>; LEVELS], Vec<u32>) {
-    let mut coverage = vec![0; radii.len()];
+/// Centres per level, and the coverage of each tile in the end, given each centre's window.
+fn place(grid: [u32; 2], centres: Centres, windows: &[u32]) -> ([Vec<usize>; LEVELS], Vec<u32>) {
+    let mut coverage = vec![0; windows.len()];
     let levels = LEVEL_STRIDES.map(|stride| {
         let enough = match centres {
             Centres::Adaptive => COVERAGE_ONE / 2,
@@ -22,20 +21,19 @@ fn place(grid: [u32; 2], centres: Centres, radii: &[u32]) -> ([Vec<usize>; LEVEL
         // All of a level are listed before any of them covers.
         let listed: Vec<usize> = tiles.filter(|&tile| coverage[tile] < enough).collect();
         for &centre in &listed {
-            cover(&mut coverage, grid, centre, radii[centre]);
+            cover(&mut coverage, grid, centre, windows[centre]);
         }
         listed
     });
     (levels, coverage)
 }
 
-fn cover(coverage: &mut [u32], grid: [u32; 2], centre: usize, radius: u32) {
-    let reach = f64::from(4 * radius + 2);
+/// The tent of the centre's window, at the middle of every tile.
+fn cover(coverage: &mut [u32], grid: [u32; 2], centre: usize, window: u32) {
+    let side = |a: u32, b: u32| (1.0 - 8.0 * f64::from(a.abs_diff(b)) / REACHES[window as usize]).max(0.0);
     let (cx, cy) = (centre as u32 % grid[0], centre as u32 / grid[0]);
-    for tile in (0..=radius).flat_map(|r| ring(grid, centre, r.into())) {
-        let (x, y) = (tile as u32 % grid[0], tile as u32 / grid[0]);
-        let side = |a: u32, b: u32| 1.0 - 4.0 * f64::from(a.abs_diff(b)) / reach;
-        coverage[tile] += (side(x, cx) * side(y, cy) * f64::from(COVERAGE_ONE)) as u32;
+    for (tile, covered) in (0..).zip(coverage) {
+        *covered += (side(tile % grid[0], cx) * side(tile / grid[0], cy) * f64::from(COVERAGE_ONE)) as u32;
     }
 }
 
@@ -53,7 +51,7 @@ fn faults(found: &Found, centres: Centres) -> Vec<String> {
             faults.push(format!("level {level}: {words:?} for {count} centres"));
         }
     }
-    let placed: Vec<bool> = found.windows.iter().map(|&radius| radius > 0).collect();
+    let placed: Vec<bool> = found.windows.iter().map(|&window| window > 0).collect();
     if placed != expected {
         faults.push("models at other tiles".into());
     }
@@ -76,7 +74,7 @@ fn tiles_of(size: [u32; 2]) -> Vec<Tile<N>> {
 #[test]
 fn centres_are_where_a_plain_placement_puts_them() {
     // Not of whole tiles or cells; larger than a workgroup's 8x8 centres; smaller than a coarse cell; a pixel.
-    for size in [[45, 30], [191, 67], [290, 9], [15, 11], [5, 64], [1, 1]] {
+    for size in [[90, 60], [382, 134], [580, 18], [30, 22], [10, 128], [1, 1]] {
         let tiles = tiles_of(size);
         for centres in ALL {
             for windows in [Windows::RingError, Windows::Fixed(1)] {
@@ -93,28 +91,35 @@ fn centres_are_where_a_plain_placement_puts_them() {
 
 #[test]
 fn dense_centres_are_every_tile_and_adaptive_ones_are_fewer() {
-    let size = [191, 67];
+    let size = [382, 134];
     let tiles = tiles_of(size);
-    let count = |centres| {
-        let found = run_fit(&tiles, size, Windows::MallowsCp, centres);
-        found.windows.iter().filter(|&&radius| radius > 0).count() as u64
+    let count = |windows, centres| {
+        let found = run_fit(&tiles, size, windows, centres);
+        found.windows.iter().filter(|&&window| window > 0).count() as u64
     };
-    let [adaptive, dense, second, fourth] = ALL.map(count);
+    let [adaptive, dense, second, fourth] = ALL.map(|centres| count(Windows::MallowsCp, centres));
     let grid = layout::tiles(size);
     assert_eq!(dense, layout::count(grid));
-    assert!(fourth < second && adaptive < dense / 2, "{adaptive} {dense} {second} {fourth}");
+    assert!(fourth < second && second < dense / 2, "{dense} {second} {fourth}");
+    let [narrow, wide] = [1, 3].map(|size| count(Windows::Fixed(size), Centres::Adaptive));
+    println!(
+        "{dense} dense centres, {narrow} with narrow windows, {adaptive} by Cp, {wide} with wide windows"
+    );
+    // Four narrow windows about a tile cover it by 4/9, so it gets a centre: half the tiles do, and those on borders.
+    assert!(narrow < dense / 2 + u64::from(grid[0] + grid[1]), "{narrow}");
+    assert!(wide < dense / 3 && wide < adaptive && adaptive < narrow, "{narrow} {adaptive} {wide}");
 }
 
 #[test]
 fn a_wrong_placement_is_noticed() {
-    let found = |centres| run_fit(&tiles_of([45, 30]), [45, 30], Windows::RingError, centres);
+    let found = |centres| run_fit(&tiles_of([90, 60]), [90, 60], Windows::RingError, centres);
     assert!(!faults(&found(Centres::Uniform(2)), Centres::Adaptive).is_empty());
     let mut missing = found(Centres::Adaptive);
-    let centre = missing.windows.iter().position(|&radius| radius > 0).unwrap();
+    let centre = missing.windows.iter().position(|&window| window > 0).unwrap();
     missing.windows[centre] = 0;
     assert!(!faults(&missing, Centres::Adaptive).is_empty());
     let mut wider = found(Centres::Adaptive);
-    let narrow = wider.windows.iter().position(|&radius| radius == 1).unwrap();
-    wider.windows[narrow] = 2;
+    let narrow = wider.windows.iter().position(|&window| window < 3).unwrap();
+    wider.windows[narrow] = 3;
     assert!(!faults(&wider, Centres::Adaptive).is_empty());
 }

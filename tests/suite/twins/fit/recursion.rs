@@ -1,9 +1,8 @@
 //! What the library's moments replace: the paper's recursion over pixels, and errors found pixel by pixel.
 
-use super::super::moments::N;
 use super::super::regression::{Model, Moments, Row};
 use super::tiles::random_rows;
-use super::{F, RIDGE, floors, priors, ridge};
+use super::{F, N, RIDGE, floors, priors, ridge};
 use rand::{SeedableRng, rngs::StdRng};
 
 /// Recursive least squares over pixels, as in the paper: P starts at the inverse of the ridge (for the constant, large),

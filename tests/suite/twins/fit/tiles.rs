@@ -1,20 +1,19 @@
 //! Tiles to fit: random ones, and those that break things.
 
-use super::super::moments::N;
 use super::super::regression::{Row, Tile};
-use super::F;
+use super::{F, N};
 use quell::layout;
 use rand::{Rng, rngs::StdRng};
 
-pub const SIZE: [u32; 2] = [45, 30];
+pub const SIZE: [u32; 2] = [90, 60];
 
 /// Random pixels of a tile about a point: correlated features, colour linear in them plus noise.
 pub fn random_rows(random: &mut StdRng, tile: [f64; 2], pixels: usize) -> Vec<Row<N>> {
     (0..pixels)
         .map(|_| {
             let (x, y) = (
-                4.0 * tile[0] + random.random_range(0.0..4.0),
-                4.0 * tile[1] + random.random_range(0.0..4.0),
+                8.0 * tile[0] + random.random_range(0.0..8.0),
+                8.0 * tile[1] + random.random_range(0.0..8.0),
             );
             let mut c = [0.0; N];
             let tilt = random.random_range(-0.2..0.2_f64);
@@ -38,7 +37,7 @@ pub fn random_tiles(random: &mut StdRng, size: [u32; 2], pixels: usize) -> Vec<T
     let tile = |random: &mut StdRng, t: u32| {
         let mut rows = random_rows(random, [f64::from(t % columns), f64::from(t / columns)], pixels);
         for (_, c) in &mut rows {
-            let lit = if c[9] + 0.7 * c[10] > 31.0 { 2.0 } else { 0.0 };
+            let lit = if c[9] + 0.7 * c[10] > 62.0 { 2.0 } else { 0.0 };
             c[F..].iter_mut().for_each(|colour| *colour += lit);
         }
         let noises =
@@ -70,7 +69,7 @@ pub fn adversarial_tiles(random: &mut StdRng) -> Vec<(&'static str, Vec<Tile<N>>
         }),
         of("1e4 beside 1e-4", &mut |_, tile| {
             for (_, c) in &mut tile.rows {
-                let value = if c[9] < 20.0 { 1e4 } else { 1e-4 };
+                let value = if c[9] < 40.0 { 1e4 } else { 1e-4 };
                 c[F..].fill(value);
             }
         }),
