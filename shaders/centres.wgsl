@@ -1,6 +1,6 @@
 // centres: lists the centres of one level that no model of a coarser level covers well. `fit` then runs on the list.
 //
-// Reads   coverage.
+// Reads   coverage, moments.
 // Writes  centre_list: their tiles; levels: how many, as arguments of an indirect dispatch (layout: include/models)
 // Source  Moon et al. 2015, section 4.3: a centre is placed where no prediction reaches yet
 
@@ -9,8 +9,9 @@
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> level: vec4<u32>; // its number in x
 @group(0) @binding(2) var<storage, read> coverage: array<u32>;
-@group(0) @binding(3) var<storage, read_write> centre_list: array<u32>;
-@group(0) @binding(4) var<storage, read_write> levels: array<atomic<u32>>;
+@group(0) @binding(3) var<storage, read> moments: array<f32>;
+@group(0) @binding(4) var<storage, read_write> centre_list: array<u32>;
+@group(0) @binding(5) var<storage, read_write> levels: array<atomic<u32>>;
 
 const OWN_FEATURES = MODEL_OWN_FEATURES;
 
@@ -26,7 +27,7 @@ fn centres(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocati
     var place = 0u;
     var wanted = all(tile < frame.tiles);
     if wanted {
-        wanted = coverage[index] < own.covered;
+        wanted = coverage[index] < own.covered && has_samples(tile);
     }
     if wanted {
         place = atomicAdd(&listed, 1u);
@@ -39,6 +40,20 @@ fn centres(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocati
     if wanted {
         centre_list[first + place] = index;
     }
+}
+
+// Whether the widest window about a tile has any; the sky needs no models.
+fn has_samples(tile: vec2<u32>) -> bool {
+    let reach = select(1u, 2u, frame.widest_window == 3u);
+    let low = max(tile, vec2(reach)) - reach;
+    let high = min(tile + reach, frame.tiles - 1u);
+    var weight = 0.0;
+    for (var y = low.y; y <= high.y; y++) {
+        for (var x = low.x; x <= high.x; x++) {
+            weight += moments[(y * frame.tiles.x + x) * TILE_STRIDE + TILE_WEIGHT];
+        }
+    }
+    return weight > 0.0;
 }
 
 // Makes room in the list for a workgroup's centres.

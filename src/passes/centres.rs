@@ -10,6 +10,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("frame", Kind::Frame),
         ("level", Kind::Uniform),
         ("coverage", Kind::Buffer),
+        ("moments", Kind::Buffer),
         ("centre_list", Kind::BufferMut),
         ("levels", Kind::BufferMut),
     ],

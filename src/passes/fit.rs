@@ -68,6 +68,7 @@ impl Fit {
             let centres = [
                 number.as_entire_binding(),
                 views.coverage.as_entire_binding(),
+                views.moments.as_entire_binding(),
                 views.centre_list.as_entire_binding(),
                 views.levels.as_entire_binding(),
             ];
