@@ -175,10 +175,10 @@ fn relight(pixel: vec2<u32>, surface: Surface) -> Relit {
     for (var i = 0; i < 4; i++) {
         let step = vec2(i & 1, i >> 1u);
         let centre = corner + step;
-        if any(centre < vec2(0)) || any(centre >= vec2<i32>(innovation_centres())) {
+        if any(centre < vec2(0)) || any(centre >= vec2<i32>(innovation_centres(frame.tiles))) {
             continue;
         }
-        let start = (u32(centre.y) * innovation_centres().x + u32(centre.x)) * MODEL_STRIDE;
+        let start = (u32(centre.y) * innovation_centres(frame.tiles).x + u32(centre.x)) * MODEL_STRIDE;
         let head = innovations[start];
         if head[HEAD_SAMPLES] > 0.0 {
             let sides = select(1.0 - f, f, step == vec2(1));

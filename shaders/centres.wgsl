@@ -4,7 +4,7 @@
 // Writes  centre_list: their tiles; levels: how many, as arguments of an indirect dispatch (layout: include/models)
 // Source  Moon et al. 2015, section 4.3: a centre is placed where no prediction reaches yet
 
-//!include frame numbers surface features models
+//!include frame numbers surface features windows models
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> level: vec4<u32>; // its number in x
@@ -43,17 +43,16 @@ fn centres(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocati
 }
 
 // Whether the widest window about a tile has any; the sky needs no models.
-fn has_samples(tile: vec2<u32>) -> bool {
-    let reach = select(1u, 2u, frame.widest_window == 3u);
-    let low = max(tile, vec2(reach)) - reach;
-    let high = min(tile + reach, frame.tiles - 1u);
-    var weight = 0.0;
-    for (var y = low.y; y <= high.y; y++) {
-        for (var x = low.x; x <= high.x; x++) {
-            weight += moments[(y * frame.tiles.x + x) * TILE_STRIDE + TILE_WEIGHT];
+fn has_samples(centre: vec2<u32>) -> bool {
+    for (var i = 0u; i < WINDOW_TILES[frame.widest_window]; i++) {
+        let tile = vec2<i32>(centre) + window_offset(i);
+        if all(tile >= vec2(0)) && all(tile < vec2<i32>(frame.tiles)) {
+            if moments[(u32(tile.y) * frame.tiles.x + u32(tile.x)) * TILE_STRIDE + TILE_WEIGHT] > 0.0 {
+                return true;
+            }
         }
     }
-    return weight > 0.0;
+    return false;
 }
 
 // Makes room in the list for a workgroup's centres.

@@ -3,7 +3,7 @@
 // Reads   guide, motion, prediction, history, noise, mix_weight, models, windows.
 // Writes  debug: the caller's image
 
-//!include frame numbers noise surface features linear_model models
+//!include frame numbers noise surface features linear_model windows models
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var guide: texture_2d<u32>;

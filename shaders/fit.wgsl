@@ -8,7 +8,7 @@
 // Source  Moon et al. 2015, section 4, with the recursion over pixels replaced by the equal sum of tile moments; Mallows,
 //         "Some Comments on Cp", Technometrics 1973
 
-//!include frame numbers surface features linear_model models window ridge
+//!include frame numbers surface features linear_model windows models window ridge
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> level: vec4<u32>; // its number in x
@@ -113,7 +113,9 @@ fn ring_error(lane: u32) -> f32 {
         mean += form[i] * sums[TILE_MEAN + i];
     }
     mean /= max(sums[TILE_WEIGHT], 1e-30);
-    return max(total + mean * (ring_sums[TILE_WEIGHT] * mean - 2.0 * ring), 0.0);
+    let error = max(total + mean * (ring_sums[TILE_WEIGHT] * mean - 2.0 * ring), 0.0);
+    workgroupBarrier(); // all have read the sums, which the ring now joins
+    return error;
 }
 
 fn join_ring(size: u32, lane: u32) {

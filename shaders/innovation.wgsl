@@ -5,7 +5,7 @@
 // Source  Kalman, "A New Approach to Linear Filtering and Prediction Problems", 1960; shrinkage: James and Stein 1961; its
 //         threshold: Laurent and Massart, "Adaptive Estimation of a Quadratic Functional by Model Selection", 2000, lemma 1
 
-//!include frame numbers surface features linear_model innovations window ridge
+//!include frame numbers surface features linear_model innovations windows window ridge
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<storage, read> moments: array<f32>;
@@ -26,7 +26,8 @@ var<workgroup> significance: f32;
 @compute @workgroup_size(64)
 fn innovation(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let samples = load_window(centre.xy * INNOVATION_TILES, MOST_TILES, lane);
-    let weight = max(window_sum(TILE_WEIGHT, 0u, MOST_TILES), 1e-30);
+    // An empty window solves a harmless system instead of leaving uniform control flow.
+    let weight = select(1.0, window_sum(TILE_WEIGHT, 0u, MOST_TILES), samples > 0.0);
     if lane < TILE_SQUARES {
         means[lane] = window_moment(lane, 0u, MOST_TILES) / weight; // of columns: about the origin
     }
@@ -51,7 +52,7 @@ fn innovation(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocatio
         significance = significant_share(samples, weight);
     }
     workgroupBarrier();
-    write_model((centre.y * innovation_centres().x + centre.x) * MODEL_STRIDE, samples, lane);
+    write_model((centre.y * innovation_centres(frame.tiles).x + centre.x) * MODEL_STRIDE, samples, lane);
 }
 
 fn column_mean(column: u32) -> f32 {

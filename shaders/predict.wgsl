@@ -5,7 +5,7 @@
 // Writes  prediction: predicted demodulated radiance, and what is known of its noise (layout: include/models)
 // Source  Moon et al. 2015, section 4.3: overlapping predictions are averaged
 
-//!include frame numbers surface features linear_model models
+//!include frame numbers surface features linear_model windows models
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var guide: texture_2d<u32>;

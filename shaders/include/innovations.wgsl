@@ -10,7 +10,7 @@ const INNOVATION_TILES = 2u; // from one centre to the next
 const HEAD_SAMPLES = 0u;
 const HEAD_VARIANCE = 1u;
 
-// Centres of the innovation, the first of which is the first tile.
-fn innovation_centres() -> vec2<u32> {
-    return (frame.tiles + INNOVATION_TILES - 1u) / INNOVATION_TILES;
+// Centres of the innovation, the first of which is the first of the tiles.
+fn innovation_centres(tiles: vec2<u32>) -> vec2<u32> {
+    return (tiles + INNOVATION_TILES - 1u) / INNOVATION_TILES;
 }

@@ -1,5 +1,5 @@
 // The sparse linear models: how they lie in memory, and the grid of their centres. A model belongs to the tile that is its
-// centre; a tile's entry in `windows` is its model's window, 1 to 3 (include/window), 0 for no model.
+// centre; a tile's entry in `windows` is its model's window, 1 to 3 (include/windows), 0 for no model.
 
 const MODEL_OWN_FEATURES = 2u; // pixel position
 
@@ -10,15 +10,6 @@ const HEAD_TRUST = 0u;
 const HEAD_NOISE_GAIN = 1u;
 const HEAD_RELATIVE_NOISE = 2u;
 const HEAD_ERROR = 3u;
-
-const WIDEST_REACH = 2u; // tiles on each side of the centre
-const WINDOW_REACHES = array(0.0, 12.0, 12.0, 20.0); // half a window's width in pixels
-
-// Weight of a model at `offset` pixels from the middle of its centre tile: falls to 0 at its window's border.
-fn tent(offset: vec2<f32>, chosen: u32) -> f32 {
-    let sides = max(1.0 - abs(offset) / WINDOW_REACHES[chosen], vec2(0.0));
-    return sides.x * sides.y;
-}
 
 // A level's work: the arguments of an indirect dispatch, then the number of centres.
 const LEVEL_COLUMNS = 64u; // workgroups in x

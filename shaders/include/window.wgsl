@@ -1,10 +1,7 @@
 // The tiles of a window about a centre, from the inside outwards, and their moments about one origin.
 //
-// A pass binds `moments`. Windows are nested: a cross of five tiles, 3x3, 5x5.
+// A pass binds `moments`.
 // Source: merging moments about different means: Chan, Golub and LeVeque 1979
-
-const WINDOW_TILES = array(0u, 5u, 9u, 25u); // by window, from 1; 0 is none
-const MOST_TILES = 25u;
 
 // Heads of the tiles, with weights by variance, and means about the origin times the root of the weight.
 var<workgroup> window: array<array<f32, TILE_SQUARES>, MOST_TILES>;
@@ -14,16 +11,6 @@ var<workgroup> origin: array<f32, COLUMNS>;
 
 // How much more a noiseless tile may count than the window's average one: a variance from few samples may be 0 by luck.
 const VARIANCE_FLOOR = 0.1;
-
-// Where the i-th tile lies: the centre, its four neighbours, the four corners, the ring about them.
-fn window_offset(i: u32) -> vec2<i32> {
-    if i == 0u {
-        return vec2(0);
-    }
-    let side = select(select(vec2(2, i32(i - 9u) / 4 - 1), vec2(1, 1), i < 9u), vec2(1, 0), i < 5u);
-    let half_turned = select(side, -side, (i & 2u) != 0u);
-    return select(half_turned, vec2(-half_turned.y, half_turned.x), (i & 1u) != 0u);
-}
 
 // Call from uniform control flow. Tiles outside the frame stay, with weight 0, so that all windows have one shape. Returns the
 // weight before it is divided by variance; `origin` is then the mean of the innermost tiles that have any.

@@ -1,6 +1,6 @@
 //! Joins a pass's WGSL with the includes that it names in `//!include a b c`.
 
-const INCLUDES: [(&str, &str); 14] = [
+const INCLUDES: [(&str, &str); 15] = [
     ("frame", include_str!("../../shaders/include/frame.wgsl")),
     ("numbers", include_str!("../../shaders/include/numbers.wgsl")),
     ("noise", include_str!("../../shaders/include/noise.wgsl")),
@@ -10,6 +10,7 @@ const INCLUDES: [(&str, &str); 14] = [
     ("demodulate", include_str!("../../shaders/include/demodulate.wgsl")),
     ("features", include_str!("../../shaders/include/features.wgsl")),
     ("tile_moments", include_str!("../../shaders/include/tile_moments.wgsl")),
+    ("windows", include_str!("../../shaders/include/windows.wgsl")),
     ("window", include_str!("../../shaders/include/window.wgsl")),
     ("linear_model", include_str!("../../shaders/include/linear_model.wgsl")),
     ("models", include_str!("../../shaders/include/models.wgsl")),

@@ -182,7 +182,7 @@ fn pixels_far_from_any_sample_are_predicted() {
     sparse.truth.fill([1.0; 3]);
     sparse.radiance.fill([1.0; 4]);
     let mut random = StdRng::seed_from_u64(7);
-    sparse.samples.iter_mut().for_each(|samples| *samples = random.random_bool(0.005).into());
+    sparse.samples.iter_mut().for_each(|samples| *samples = random.random_bool(0.01).into());
     let black = |windows| {
         let settings = Settings { windows, ..Settings::default() };
         let output = denoise(&mut denoiser(size), &sparse, &settings);

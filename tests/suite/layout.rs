@@ -115,15 +115,14 @@ fn constants_match_the_wgsl() {
 fn columns_match_the_wgsl() {
     let check = |include: &str, columns: Columns, prefix: &str, others: &[(&str, u32)]| {
         let own = format!("\nconst OWN_FEATURES = {prefix}_OWN_FEATURES;");
-        let module = reflect(&format!("frame numbers surface features {include}{own}"));
-        let stride = &*format!("{prefix}_STRIDE");
+        let module = reflect(&format!("frame numbers surface features linear_model {include}{own}"));
         let expected = [
             ("SURFACE_FEATURES", layout::SURFACE_FEATURES),
             ("FEATURES", columns.features),
             ("COLUMNS", columns.columns()),
             ("SQUARES", columns.squares()),
             ("TILE_STRIDE", columns.tile_stride()),
-            (stride, columns.model_stride()),
+            ("MODEL_STRIDE", layout::MODEL_STRIDE / 4),
         ];
         for (name, value) in expected.iter().chain(others) {
             assert_eq!(constant(&module, name), *value, "{include}: {name}");
@@ -131,7 +130,8 @@ fn columns_match_the_wgsl() {
     };
     let of_models = [("LEVEL_WORDS", layout::LEVEL_WORDS), ("COVERAGE_ONE", layout::COVERAGE_ONE)];
     check("models", layout::MODELS, "MODEL", &of_models);
-    check("innovations", layout::INNOVATIONS, "INNOVATION", &[]);
+    let of_innovations = [("INNOVATION_TILES", layout::INNOVATION_TILES)];
+    check("innovations", layout::INNOVATIONS, "INNOVATION", &of_innovations);
 }
 
 #[test]

@@ -118,7 +118,7 @@ fn matches_its_twin_on_random_images() {
         } else if !counts(i) || error == 0.0 {
             0.0
         } else {
-            error / (error + variance) * (1.0 - 1.0 / pool.len() as f64)
+            error / (error + variance) * (1.0 - 1.0 / (pool.len() as f64).powi(2))
         };
         let colour: [f64; 3] = std::array::from_fn(|c| {
             let filtered = prediction[i].signal[c] + share * (history[i][c] - prediction[i].signal[c]);

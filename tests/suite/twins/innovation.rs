@@ -7,7 +7,7 @@ use crate::gpu::{download_buffer, gpu, upload_buffer};
 use crate::sequence::frame;
 use glam::{DVec3, Vec3};
 use quell::gpu::flags;
-use quell::layout::{self, INNOVATIONS};
+use quell::layout::{self, INNOVATION_TILES, INNOVATIONS, MODEL_STRIDE};
 use quell::passes::innovation::{Innovation, InnovationViews};
 use rand::{Rng, SeedableRng, rngs::StdRng};
 
@@ -120,21 +120,23 @@ fn compare(gpu_tiles: &[Tile<N>], tiles: &[Tile<N>]) -> (f64, Vec<f64>) {
     let mut u = uniforms(&any_frame, &any_frame);
     u.flags |= flags::INNOVATION;
     let moments = upload_tiles(gpu_tiles);
-    let stride = INNOVATIONS.model_stride() as usize;
-    let models = upload_buffer(&vec![f32::NAN; tiles.len() * stride]);
+    let stride = MODEL_STRIDE as usize;
+    let grid = layout::innovation_centres(SIZE);
+    let models = upload_buffer(&vec![f32::NAN; layout::count(grid) as usize * stride]);
     let pass = Innovation::new(&gpu().device);
     run(&u, |recorder| {
         let views = InnovationViews { moments: &moments, innovations: &models };
-        pass.record(recorder, &views, u.tiles);
+        pass.record(recorder, &views, grid);
     });
     let models = download_buffer(&models);
     let (mut wrong, mut significances) = (vec![], vec![]);
     for (centre, model) in models.chunks(stride).enumerate() {
-        let twin = twin(tiles, u.tiles, centre);
+        let tile = (centre as u32 / grid[0] * u.tiles[0] + centre as u32 % grid[0]) * INNOVATION_TILES;
+        let twin = twin(tiles, u.tiles, tile as usize);
         let head = [f64::from(model[0]), f64::from(model[1])];
         wrong.push(mismatches(&head, &[twin.samples, twin.variance], 1e-4, 1e-9));
         assert!(model.iter().all(|v| v.is_finite()), "tile {centre}");
-        let found = Model::<N>::stored(&model[INNOVATIONS.head as usize..]);
+        let found = Model::<N>::stored(model);
         let rows = || twin.rows.iter().step_by(7);
         let values =
             |model: &Model<N>| -> Vec<f64> { rows().flat_map(|(_, c)| model.value(&c[..F])).collect() };
@@ -187,8 +189,19 @@ fn matches_its_twin_on_adversarial_tiles() {
     let mut outlier = random_tiles(64, |_, _| 0.0, 0.5);
     outlier[30].rows[5].1[F..].fill(1e4);
     let significances = check("one bright outlier", &outlier);
-    let reached = (1..=3).flat_map(|size| ring(layout::tiles(SIZE), 30, size));
-    assert!(reached.into_iter().all(|t| significances[t] == 0.0), "a firefly passes for light");
+    let [columns, _] = layout::tiles(SIZE);
+    let reached: Vec<usize> = (1..=3).flat_map(|size| ring(layout::tiles(SIZE), 30, size)).collect();
+    let centre_of = |t: usize| {
+        let (x, y) = (t as u32 % columns, t as u32 / columns);
+        let is_centre = x % INNOVATION_TILES == 0 && y % INNOVATION_TILES == 0;
+        let centres = layout::innovation_centres(SIZE)[0];
+        is_centre.then_some((y / INNOVATION_TILES * centres + x / INNOVATION_TILES) as usize)
+    };
+    let centres: Vec<usize> = reached.into_iter().filter_map(centre_of).collect();
+    assert!(
+        centres.len() >= 4 && centres.iter().all(|&c| significances[c] == 0.0),
+        "a firefly passes for light"
+    );
     let mut steep = base();
     for (_, c) in steep.iter_mut().flat_map(|tile| &mut tile.rows) {
         let level = if c[3] < 3.0 { 1e4 } else { 1e-4 };

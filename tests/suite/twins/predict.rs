@@ -1,13 +1,13 @@
 //! `predict` against its f64 twin.
 
 use super::packed::{Prediction, RELATIVE_NOISE_STEPS};
-use super::regression::Model;
+use super::regression::{HEAD, Model, ROW};
 use super::surface::features;
 use super::{guide, mismatches, run, uniforms};
 use crate::gpu::{blank, download, gpu, upload, upload_buffer, upload_words};
 use crate::sequence::frame;
 use glam::Vec3;
-use quell::layout::{self, MODELS};
+use quell::layout::{self, MODEL_STRIDE, MODELS};
 use quell::passes::predict::{Predict, PredictViews};
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use wgpu::TextureFormat as Format;
@@ -25,16 +25,18 @@ fn matches_its_twin_for_random_windows() {
     let u = uniforms(&frame, &frame);
     let (words, surfaces) = guide(&frame);
     let [columns, rows] = layout::tiles(SIZE);
-    let stride = MODELS.model_stride() as usize;
-    let head = MODELS.head as usize;
+    let stride = MODEL_STRIDE as usize;
     let models: Vec<f32> = (0..columns * rows)
         .flat_map(|_| {
             let mut model: Vec<f32> = (0..stride).map(|_| random.random_range(-0.1..0.1)).collect();
-            model[0] = if random.random_bool(0.2) { 0.0 } else { 1.0 };
+            model[0] = if random.random_bool(0.2) { 0.0 } else { random.random_range(0.01..1.0) };
             model[1] = random.random_range(0.1..1.0);
             model[2] = random.random_range(0.1..5.0);
-            model[3] = random.random_range(0.01..1.0);
-            model[head + N - 3..][..3].fill(random.random_range(0.5..2.0));
+            // Slopes per pixel as small as they are in an image.
+            (0..3).for_each(|c| {
+                model[HEAD + ROW * c] = random.random_range(0.5..2.0);
+                model[HEAD + ROW * c + 10..][..2].iter_mut().for_each(|slope| *slope *= 0.01);
+            });
             model
         })
         .collect();
@@ -80,8 +82,8 @@ fn matches_its_twin_for_random_windows() {
             let reach = REACHES[windows[tile] as usize];
             let (cx, cy) = ((tile as u32 % columns * 8 + 4) as f64, (tile as u32 / columns * 8 + 4) as f64);
             let tent = (1.0 - (x - cx).abs() / reach).max(0.0) * (1.0 - (y - cy).abs() / reach).max(0.0);
-            let weight = tent * f64::from(model[3]);
-            let value = Model::<N>::stored(&model[head..]).value(&z);
+            let weight = tent * f64::from(model[0]);
+            let value = Model::<N>::stored(model).value(&z);
             (0..3).for_each(|c| sum[c] += weight * value[c]);
             gain += weight * f64::from(model[1]);
             relative_noise += weight * f64::from(model[2]);

@@ -80,6 +80,10 @@ fn eliminate(system: &mut [Vec<f64>]) {
     }
 }
 
+/// Floats of a stored model before its rows, and of a row.
+pub const HEAD: usize = 4;
+pub const ROW: usize = 12;
+
 /// A linear model of the colour.
 pub struct Model<const N: usize> {
     /// Origin in the features, and the colour there.
@@ -88,11 +92,13 @@ pub struct Model<const N: usize> {
 }
 
 impl<const N: usize> Model<N> {
-    /// As the GPU stores it: means, then slopes.
+    /// As the GPU stores it after the head: per channel its value at features 0, then slopes, then zeros.
     pub fn stored(floats: &[f32]) -> Self {
-        let wide: Vec<f64> = floats.iter().copied().map(f64::from).collect();
-        let slopes = wide[N..].chunks(3).map(|s| [s[0], s[1], s[2]]).collect();
-        Self { mean: std::array::from_fn(|i| wide[i]), slopes }
+        let row = |c: usize, i: usize| f64::from(floats[HEAD + ROW * c + i]);
+        let mut mean = [0.0; N];
+        (0..3).for_each(|c| mean[N - 3 + c] = row(c, 0));
+        let slopes = (1..=N - 3).map(|i| std::array::from_fn(|c| row(c, i))).collect();
+        Self { mean, slopes }
     }
 
     pub fn value(&self, features: &[f64]) -> [f64; 3] {
@@ -127,6 +133,23 @@ impl<const N: usize> Tile<N> {
         let noises = self.noises.map(|noise| if moments.weight > 0.0 { noise } else { 0.0 });
         [&[moments.weight], &noises[..], &moments.mean, &moments.triangle()].concat()
     }
+}
+
+/// Squares of flat tiles of N columns over what they can be at most by Cauchy and Schwarz, as `expected` has it: f32's rounding
+/// is relative to the terms that a square is summed from, not to the square. A column that hardly varies has the rounding of
+/// its values.
+pub fn correlations<const N: usize>(tiles: &[f64], expected: &[f64]) -> Vec<f64> {
+    let stride = 4 + N + N * (N + 1) / 2;
+    let mut scaled = tiles.to_vec();
+    for (tile, expected) in scaled.chunks_mut(stride).zip(expected.chunks(stride)) {
+        let row = |i: usize| 4 + N + i * N - i * (i + 1) / 2;
+        let rounding = |i: usize| 1e-4 * expected[0].sqrt() * expected[4 + i].abs().max(1.0);
+        let root = |i: usize| expected[row(i) + i].max(0.0).sqrt().max(rounding(i));
+        for (i, j) in (0..N).flat_map(|i| (i..N).map(move |j| (i, j))) {
+            tile[row(i) + j] /= (root(i) * root(j)).max(1e-30);
+        }
+    }
+    scaled
 }
 
 /// The buffer of the moments of tiles.
@@ -195,7 +218,7 @@ pub fn factor<const N: usize>(tile: &Tile<N>, window: &[&Tile<N>]) -> f64 {
 pub fn floor_and_unit(feature: usize, distance: f64) -> (f64, f64) {
     match feature {
         3..=5 => (0.02 * distance, 0.1 * distance),
-        7 => (0.05, 0.3),
+        7 => (0.05, 0.1),
         _ => (0.05, 1.0),
     }
 }

@@ -1,10 +1,9 @@
 //! The models that the GPU fitted, with the windows that it chose, against the twin's.
 
 use super::super::mismatches;
-use super::super::regression::{Model, Tile};
+use super::super::regression::{HEAD, Model, Tile};
 use super::tiles::{SIZE, adversarial_tiles, random_tiles};
 use super::{F, N, candidates, run_fit};
-use quell::layout::MODELS;
 use quell::{Centres, Windows};
 use rand::{SeedableRng, rngs::StdRng};
 
@@ -42,20 +41,16 @@ fn compare(
         // Rounding of f32: 1e-3 of an error, a millionth of the squared brightness that errors cancel from.
         let rounding = 1e-6 * twin.brightest * twin.brightest;
         wrong_windows += usize::from(twin.risk > 1.001 * least + rounding);
-        let head = &found.models[centre][..MODELS.head as usize];
+        let head = &found.models[centre][..HEAD];
         let head: Vec<f64> = head.iter().copied().map(f64::from).collect();
-        let expected = [twin.weight, twin.noise_gain, twin.relative_noise];
-        let close = mismatches(&head[..3], &expected, 1e-3, 1e-9) == 0.0
+        let close = mismatches(&head[1..3], &[twin.noise_gain, twin.relative_noise], 1e-3, 1e-9) == 0.0
             // The residual of a perfect fit is what rounding leaves.
-            && head[3] >= 0.97 * twin.trust(twin.residual + rounding * twin.weight)
-            && head[3] <= 1.03 * twin.trust((twin.residual - rounding * twin.weight).max(0.0))
-            && (head[4] - twin.error).abs() <= 1e-2 * twin.risk + rounding;
+            && head[0] >= 0.97 * twin.trust(twin.residual + rounding * twin.weight)
+            && head[0] <= 1.03 * twin.trust((twin.residual - rounding * twin.weight).max(0.0))
+            && (head[3] - twin.error).abs() <= 1e-2 * twin.risk + rounding;
         wrong_heads += usize::from(!close);
-        if twin.weight == 0.0 {
-            continue;
-        }
         // Coefficients of collinear features are not unique to f32's eye; what they predict in the window is.
-        let model = Model::<N>::stored(&found.models[centre][MODELS.head as usize..]);
+        let model = Model::<N>::stored(&found.models[centre]);
         let rows = || twin.rows.iter().step_by(3);
         let values =
             |model: &Model<N>| -> Vec<f64> { rows().flat_map(|(_, c)| model.value(&c[..F])).collect() };

@@ -11,7 +11,7 @@ use crate::gpu::{download_buffer, download_words, gpu, upload_buffer, upload_wor
 use crate::sequence::frame;
 use glam::{DVec3, Vec3};
 use quell::gpu::FrameUniforms;
-use quell::layout::{self, LEVEL_WORDS, LEVELS, MODELS, SURFACE_FEATURES, WIDEST_WINDOW_PX};
+use quell::layout::{self, LEVEL_WORDS, LEVELS, MODEL_STRIDE, MODELS, SURFACE_FEATURES, WIDEST_WINDOW_PX};
 use quell::passes::fit::{Fit, FitViews};
 use quell::{Centres, Windows};
 
@@ -44,7 +44,7 @@ fn run_fit(tiles: &[Tile<N>], size: [u32; 2], windows: Windows, centres: Centres
     let nothing = || upload_words(&vec![0; tiles.len()]);
     let (centre_list, windows, coverage) = (nothing(), nothing(), nothing());
     let levels = upload_words(&[0; LEVEL_WORDS as usize * LEVELS]);
-    let models = upload_buffer(&vec![0.0; tiles.len() * MODELS.model_stride() as usize]);
+    let models = upload_buffer(&vec![0.0; tiles.len() * MODEL_STRIDE as usize]);
     let pass = Fit::new(&gpu().device);
     run(&u, |recorder| {
         let views = FitViews {
@@ -60,7 +60,7 @@ fn run_fit(tiles: &[Tile<N>], size: [u32; 2], windows: Windows, centres: Centres
     let models = download_buffer(&models);
     Found {
         frame: u,
-        models: models.chunks(MODELS.model_stride() as usize).map(<[f32]>::to_vec).collect(),
+        models: models.chunks(MODEL_STRIDE as usize).map(<[f32]>::to_vec).collect(),
         windows: download_words(&windows),
         coverage: download_words(&coverage),
         levels: download_words(&levels),

@@ -2,13 +2,17 @@
 
 use super::super::regression::Tile;
 use super::tiles::random_tiles;
-use super::{Found, N, REACHES, run_fit};
+use super::{Found, N, REACHES, ring, run_fit};
 use quell::layout::{self, COVERAGE_ONE, LEVEL_STRIDES, LEVEL_WORDS, LEVELS};
 use quell::{Centres, Windows};
 use rand::{SeedableRng, rngs::StdRng};
 
-/// Centres per level, and the coverage of each tile in the end, given each centre's window.
-fn place(grid: [u32; 2], centres: Centres, windows: &[u32]) -> ([Vec<usize>; LEVELS], Vec<u32>) {
+/// Centres per level, and the coverage of each tile in the end, given each centre's window and which tiles have samples.
+fn place(found: &Found, centres: Centres, sampled: &[bool]) -> ([Vec<usize>; LEVELS], Vec<u32>) {
+    let (grid, windows) = (found.frame.tiles, &found.windows);
+    let has_samples = |tile: usize| {
+        (1..=found.frame.widest_window).any(|size| ring(grid, tile, size).into_iter().any(|t| sampled[t]))
+    };
     let mut coverage = vec![0; windows.len()];
     let levels = LEVEL_STRIDES.map(|stride| {
         let enough = match centres {
@@ -19,7 +23,7 @@ fn place(grid: [u32; 2], centres: Centres, windows: &[u32]) -> ([Vec<usize>; LEV
         let middle = |side: u32| (stride / 2..side).step_by(stride as usize);
         let tiles = middle(grid[1]).flat_map(|y| middle(grid[0]).map(move |x| (y * grid[0] + x) as usize));
         // All of a level are listed before any of them covers.
-        let listed: Vec<usize> = tiles.filter(|&tile| coverage[tile] < enough).collect();
+        let listed: Vec<usize> = tiles.filter(|&tile| coverage[tile] < enough && has_samples(tile)).collect();
         for &centre in &listed {
             cover(&mut coverage, grid, centre, windows[centre]);
         }
@@ -38,9 +42,8 @@ fn cover(coverage: &mut [u32], grid: [u32; 2], centre: usize, window: u32) {
 }
 
 /// What is wrong with the placement, in words.
-fn faults(found: &Found, centres: Centres) -> Vec<String> {
-    let grid = found.frame.tiles;
-    let (levels, coverage) = place(grid, centres, &found.windows);
+fn faults(found: &Found, centres: Centres, sampled: &[bool]) -> Vec<String> {
+    let (levels, coverage) = place(found, centres, sampled);
     let mut faults = vec![];
     let mut expected = vec![false; found.windows.len()];
     for (level, listed) in levels.iter().enumerate() {
@@ -59,8 +62,8 @@ fn faults(found: &Found, centres: Centres) -> Vec<String> {
         faults.push("coverage differs".into());
     }
     let least = if centres == Centres::Adaptive { COVERAGE_ONE / 2 } else { 1 };
-    if found.coverage.iter().any(|&covered| covered < least) {
-        faults.push("a tile is not covered".into());
+    if found.coverage.iter().zip(sampled).any(|(&covered, &sampled)| sampled && covered < least) {
+        faults.push("a tile with samples is not covered".into());
     }
     faults
 }
@@ -69,6 +72,31 @@ const ALL: [Centres; 4] = [Centres::Adaptive, Centres::Uniform(1), Centres::Unif
 
 fn tiles_of(size: [u32; 2]) -> Vec<Tile<N>> {
     random_tiles(&mut StdRng::seed_from_u64(36), size, 4)
+}
+
+fn sampled(tiles: &[Tile<N>]) -> Vec<bool> {
+    tiles.iter().map(|tile| tile.weight() > 0.0).collect()
+}
+
+#[test]
+fn the_sky_gets_no_models_and_a_hole_in_the_samples_does() {
+    let size = [200, 120];
+    let mut tiles = tiles_of(size);
+    let columns = layout::tiles(size)[0] as usize;
+    // The right half, and one tile of the left.
+    for (t, tile) in tiles.iter_mut().enumerate() {
+        if t % columns >= columns / 2 || t == 3 * columns + 4 {
+            tile.rows.clear();
+        }
+    }
+    for centres in ALL {
+        let found = run_fit(&tiles, size, Windows::MallowsCp, centres);
+        let faults = faults(&found, centres, &sampled(&tiles));
+        assert!(faults.is_empty(), "{centres:?}: {faults:?}");
+        assert!(found.coverage[3 * columns + 4] > 0, "{centres:?}: the hole");
+        let in_sky = (0..tiles.len()).filter(|t| t % columns > columns / 2 + 2);
+        assert!(in_sky.into_iter().all(|t| found.windows[t] == 0), "{centres:?}: the sky");
+    }
 }
 
 #[test]
@@ -80,9 +108,9 @@ fn centres_are_where_a_plain_placement_puts_them() {
             for windows in [Windows::RingError, Windows::Fixed(1)] {
                 let found = run_fit(&tiles, size, windows, centres);
                 assert!(
-                    faults(&found, centres).is_empty(),
+                    faults(&found, centres, &sampled(&tiles)).is_empty(),
                     "{size:?} {centres:?} {windows:?}: {:?}",
-                    faults(&found, centres)
+                    faults(&found, centres, &sampled(&tiles))
                 );
             }
         }
@@ -112,14 +140,16 @@ fn dense_centres_are_every_tile_and_adaptive_ones_are_fewer() {
 
 #[test]
 fn a_wrong_placement_is_noticed() {
-    let found = |centres| run_fit(&tiles_of([90, 60]), [90, 60], Windows::RingError, centres);
-    assert!(!faults(&found(Centres::Uniform(2)), Centres::Adaptive).is_empty());
+    let tiles = tiles_of([90, 60]);
+    let found = |centres| run_fit(&tiles, [90, 60], Windows::RingError, centres);
+    let faults = |found: &Found| faults(found, Centres::Adaptive, &sampled(&tiles));
+    assert!(!faults(&found(Centres::Uniform(2))).is_empty());
     let mut missing = found(Centres::Adaptive);
     let centre = missing.windows.iter().position(|&window| window > 0).unwrap();
     missing.windows[centre] = 0;
-    assert!(!faults(&missing, Centres::Adaptive).is_empty());
+    assert!(!faults(&missing).is_empty());
     let mut wider = found(Centres::Adaptive);
     let narrow = wider.windows.iter().position(|&window| window < 3).unwrap();
     wider.windows[narrow] = 3;
-    assert!(!faults(&wider, Centres::Adaptive).is_empty());
+    assert!(!faults(&wider).is_empty());
 }
