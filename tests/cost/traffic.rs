@@ -11,7 +11,8 @@ pub const RULES: &str = "\
 Bytes per pixel at 1920x1080. An image or buffer that a kernel binds counts once, whole, as read where the shader reads it \
 and as written where it writes it; an atomic operation does both. So this is the traffic of perfect caches: taps of \
 neighbours, tiles that several windows share and the three levels of `centres` and `fit` count once. Buffers per tile are \
-spread over its 64 pixels. `models` and `windows` count whole, though only few tiles have a model. Uniforms and other \
+spread over its 64 pixels. `models` and `windows` count whole, though only few tiles have a model; of `moments`, `centres` reads one word \
+a tile, which counts as a sector of 32 bytes. Uniforms and other \
 resources of constant size count nothing. `clears` is what `encode` sets to 0 before the passes. The first three columns \
 take the caller's images at the smallest accepted formats and without the optional ones, the last three at the largest and \
 with all. `frame` is the sum without `debug_view`, which runs on request.";
@@ -58,6 +59,9 @@ const ALIASES: [(&str, &str); 1] = [("prediction", "reprojected")];
 /// What `encode` clears.
 const CLEARED: [&str; 2] = ["windows", "coverage"];
 
+/// What a GPU's memory delivers at least.
+const SECTOR: f64 = 32.0;
+
 /// Every kernel's traffic, `clears`, and the sum of a frame. `owned` is what a denoiser holds, in bytes per pixel.
 pub fn all(shaders: &[Shader], owned: &BTreeMap<&str, f64>) -> Vec<(&'static str, Bytes)> {
     let clears: f64 = CLEARED.iter().map(|name| owned[name]).sum();
@@ -96,6 +100,8 @@ fn of_binding(shader: &Shader, name: &str, owned: &BTreeMap<&str, f64>) -> [f64;
         "mix_weight" => owned["signal"],
         // A few words.
         "levels" => 0.0,
+        // Of each tile the weight alone: a sector.
+        "moments" if shader.name() == "centres" => SECTOR / f64::from(TILE * TILE),
         // Those of the change of the light are smaller than the buffer that both kinds use in turn.
         "moments" => per_tile(shader.constant("TILE_STRIDE").expect("what binds moments has their layout")),
         // They use the buffer of the models before these do.
