@@ -13,14 +13,10 @@ struct View {
     pad_2: f32,
 }
 
+// What hardly changes comes first: Mesa's CPU driver compiles a shader anew when the first words of its uniforms change.
 struct Frame {
-    current: View,
-    previous: View,
-    eye_delta: vec3<f32>,   // eye now minus eye of the previous frame, world units
-    far: f32,
     size: vec2<u32>,        // pixels
     tiles: vec2<u32>,       // of TILE x TILE pixels
-    pad_0: vec2<u32>,
     motion_scale: vec2<f32>,
     max_history: f32,
     flags: u32,
@@ -29,8 +25,13 @@ struct Frame {
     least_window: u32,      // the smallest and the largest window that a model may choose, in order of size from 1
     widest_window: u32,
     firefly_limit: f32,     // standard errors of a neighbourhood's mean that one sample may move it by
-    pad_1: f32,
+    far: f32,
+    pad_0: vec2<u32>,
     levels: array<Level, LEVELS>,
+    eye_delta: vec3<f32>,   // eye now minus eye of the previous frame, world units
+    pad_1: f32,
+    current: View,
+    previous: View,
 }
 
 // A level of the placement of centres, coarse to fine.

@@ -74,13 +74,8 @@ impl LevelUniforms {
 #[repr(C)]
 #[expect(missing_docs, reason = "documented once, in include/frame.wgsl")]
 pub struct FrameUniforms {
-    pub current: ViewUniforms,
-    pub previous: ViewUniforms,
-    pub eye_delta: Vec3,
-    pub far: f32,
     pub size: [u32; 2],
     pub tiles: [u32; 2],
-    pub pad_0: [u32; 2],
     pub motion_scale: [f32; 2],
     pub max_history: f32,
     pub flags: u32,
@@ -89,8 +84,13 @@ pub struct FrameUniforms {
     pub least_window: u32,
     pub widest_window: u32,
     pub firefly_limit: f32,
-    pub pad_1: f32,
+    pub far: f32,
+    pub pad_0: [u32; 2],
     pub levels: [LevelUniforms; LEVELS],
+    pub eye_delta: Vec3,
+    pub pad_1: f32,
+    pub current: ViewUniforms,
+    pub previous: ViewUniforms,
 }
 
 impl FrameUniforms {

@@ -39,13 +39,8 @@ fn frame_uniforms_match_the_wgsl() {
     );
     let frame = mirror!(
         FrameUniforms,
-        current,
-        previous,
-        eye_delta,
-        far,
         size,
         tiles,
-        pad_0,
         motion_scale,
         max_history,
         flags,
@@ -54,8 +49,13 @@ fn frame_uniforms_match_the_wgsl() {
         least_window,
         widest_window,
         firefly_limit,
-        pad_1,
+        far,
+        pad_0,
         levels,
+        eye_delta,
+        pad_1,
+        current,
+        previous,
     );
     assert_eq!(members(&module, "View"), view);
     assert_eq!(members(&module, "Frame"), frame);
