@@ -89,7 +89,7 @@ pub struct Timestamps<'a> {
 /// The images of one frame. All have the denoiser's render size, mip level 0, one sample a pixel.
 ///
 /// Invalid pixels need no care by the caller: NaN, infinite and negative radiance, zero albedo and zero normals
-/// are repaired in `prepare`.
+/// are repaired in `reproject`.
 #[derive(Debug, Clone, Copy)]
 pub struct FrameInputs<'a> {
     /// Noisy scene-linear radiance, direct emission included. `Rgba16Float` or `Rgba32Float`.

@@ -44,28 +44,32 @@
 //! 2015), carried into real time. Each pass is a file in `src/passes/` and a WGSL file of the same name in `shaders/`; what
 //! they share is in `shaders/include/`.
 //!
-//! 1. **prepare** repairs the inputs (NaN, infinity, negative radiance, zero albedo), takes emission out and divides by
-//!    albedo, so that what is filtered is close to irradiance; and packs the surface of each pixel into a *guide*.
-//! 2. **reproject** fetches each pixel's history from where motion says its surface was. Every tap must belong to the same
-//!    surface: its id, its normal and its distance from the surface's tangent plane decide. Where all 4x4 taps do, the fetch
-//!    is bicubic (Catmull-Rom) and stays sharp.
-//! 3. **change** and **innovation** ask whether the light changed. What this frame's samples differ by from the history is
-//!    regressed on the surface's features over windows of 40x40 pixels; what noise would explain as well is not believed.
-//! 4. **accumulate** moves the history by the predicted change and lowers its confidence as a Kalman filter would, so that a
+//! 1. **reproject** repairs the inputs (NaN, infinity, negative radiance, zero albedo), takes emission out and divides by
+//!    albedo, so that what is filtered is close to irradiance; and packs the surface of each pixel into a *guide*. Then it
+//!    fetches the pixel's history from where motion says its surface was. Every tap must belong to the same surface: its id,
+//!    its normal and its distance from the surface's tangent plane decide. Where all 4x4 taps do, the fetch is bicubic
+//!    (Catmull-Rom) and stays sharp. What the new samples differ by from this history is summed into moments per tile of 8x8
+//!    pixels.
+//! 2. **innovation** asks whether the light changed: that difference is regressed on the surface's features over windows of
+//!    40x40 pixels; what noise would explain as well is not believed.
+//! 3. **accumulate** moves the history by the predicted change and lowers its confidence as a Kalman filter would, so that a
 //!    light that was switched leaves no ghost. Then this frame's samples, weighted by their number, join the temporal mean.
 //!    Beside it ride the scatter of one sample, and deviations that take the same path as the mean but with alternating
-//!    signs: their squares tell how noisy the mean still is, after all blending and resampling.
-//! 5. **moments** sums, for each tile of 4x4 pixels, the weighted first and second moments of features (normal, position,
-//!    1/albedo, surface id, roughness, pixel position) and colour.
-//! 6. **fit** places centres coarse to fine, each where no model reaches well yet. At a centre, nested windows of tiles grow
-//!    ring by ring, and the one whose model has the least predicted error is kept. A model is a ridge regression, whose ridge
-//!    is a prior: steep slopes must be earned by samples. A few thousand numbers go in, no pixel is read twice, and the
-//!    result is exactly that of recursive least squares over the pixels.
-//! 7. **predict** evaluates, per pixel, the models whose windows hold it, and blends them by tents and by how well they fit.
-//! 8. **compose** compares prediction and temporal mean. What they differ by, smoothly and beyond the mean's noise, is the
-//!    models' error; it decides how the two are mixed: smooth where the models hold, sharp where no feature explains what is seen, such as a
-//!    shadow's edge. Then albedo and emission come back.
-//! 9. **debug_view** shows one of these steps, on request.
+//!    signs: their squares tell how noisy the mean still is, after all blending and resampling. In the end it sums, per tile,
+//!    the weighted first and second moments of features (normal, position, 1/albedo, surface id, roughness, pixel position)
+//!    and colour.
+//! 4. **fit** places centres coarse to fine, each where no model reaches well yet. At a centre, nested windows of tiles grow,
+//!    and the one whose model has the least predicted error is kept. A model is a ridge regression, whose ridge is a prior:
+//!    steep slopes must be earned by samples. A few thousand numbers go in, no pixel is read twice, and the result is exactly
+//!    that of recursive least squares over the pixels.
+//! 5. **predict** evaluates, per pixel, the models whose windows hold it, and blends them by tents and by how well they fit.
+//! 6. **compose** compares prediction and temporal mean. What they differ by, smoothly and beyond the mean's noise, is the
+//!    models' error; it decides how the two are mixed: smooth where the models hold, sharp where no feature explains what is
+//!    seen, such as a shadow's edge. Then albedo and emission come back.
+//! 7. **debug_view** shows one of these steps, on request.
+//!
+//! Each image is read where it is made, and packed into words in between: 54 bytes a pixel are held, 194 are moved in a frame
+//! (`tests/cost.md`).
 //!
 //! On a still view the result converges to the converged image, because the mean's noise falls and the mix follows.
 //!

@@ -1,4 +1,4 @@
-//! Predicts the change of the light, region by region. See `shaders/innovation.wgsl`.
+//! Predicts the change of the light. See `shaders/innovation.wgsl`.
 
 use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder};
 use wgpu::Buffer;

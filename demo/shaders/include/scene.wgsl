@@ -19,23 +19,6 @@ const INFINITY_BITS: u32 = 0x7f800000u;
 const FAR: f32 = 1e30;
 
 struct Frame {
-    view_from_world: mat4x4f,
-    prev_view_from_world: mat4x4f,
-    // x and y scale, x and y offset of the projection (per unit of -z).
-    projection: vec4f,
-    prev_projection: vec4f,
-    // World position; w is the length by which ray origins leave a surface, per unit of the position's size.
-    eye: vec4f,
-    // Unit vector to the sun; w is 1 - cos(angular radius).
-    sun_direction: vec4f,
-    // Radiance of the disc; w is 1 / its solid angle, 0 without a sun.
-    sun_radiance: vec4f,
-    sky_zenith: vec4f,
-    sky_horizon: vec4f,
-    sky_ground: vec4f,
-    // Probability of choosing an emissive triangle, the sun, a punctual light; w is the angle of a pixel.
-    light_choice: vec4f,
-    jitter_px: vec2f,
     size: vec2u,
     // First texels in frame data.
     material_frame_offset: u32,
@@ -52,6 +35,23 @@ struct Frame {
     seed: u32,
     // Smallest size of a position that the ray offset assumes.
     offset_floor: f32,
+    jitter_px: vec2f,
+    view_from_world: mat4x4f,
+    prev_view_from_world: mat4x4f,
+    // x and y scale, x and y offset of the projection (per unit of -z).
+    projection: vec4f,
+    prev_projection: vec4f,
+    // World position; w is the length by which ray origins leave a surface, per unit of the position's size.
+    eye: vec4f,
+    // Unit vector to the sun; w is 1 - cos(angular radius).
+    sun_direction: vec4f,
+    // Radiance of the disc; w is 1 / its solid angle, 0 without a sun.
+    sun_radiance: vec4f,
+    sky_zenith: vec4f,
+    sky_horizon: vec4f,
+    sky_ground: vec4f,
+    // Probability of choosing an emissive triangle, the sun, a punctual light; w is the angle of a pixel.
+    light_choice: vec4f,
 }
 
 @group(0) @binding(0) var nodes: texture_2d<f32>;

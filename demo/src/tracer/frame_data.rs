@@ -8,22 +8,11 @@ use glam::{Affine3A, Mat4, Vec2, Vec3, Vec4};
 const INSTANCE_TEXELS: usize = 10;
 const PUNCTUAL_TEXELS: usize = 4;
 
-/// `Frame` of the shaders.
+/// `Frame` of the shaders. What hardly changes comes first: Mesa's CPU driver compiles a shader anew when the first words of its
+/// uniforms change.
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(super) struct FrameUniform {
-    view_from_world: Mat4,
-    prev_view_from_world: Mat4,
-    projection: Vec4,
-    prev_projection: Vec4,
-    eye: Vec4,
-    sun_direction: Vec4,
-    sun_radiance: Vec4,
-    sky_zenith: Vec4,
-    sky_horizon: Vec4,
-    sky_ground: Vec4,
-    light_choice: Vec4,
-    jitter_px: Vec2,
     size: [u32; 2],
     material_frame_offset: u32,
     punctual_offset: u32,
@@ -37,6 +26,18 @@ pub(super) struct FrameUniform {
     frame_index: u32,
     seed: u32,
     offset_floor: f32,
+    jitter_px: Vec2,
+    view_from_world: Mat4,
+    prev_view_from_world: Mat4,
+    projection: Vec4,
+    prev_projection: Vec4,
+    eye: Vec4,
+    sun_direction: Vec4,
+    sun_radiance: Vec4,
+    sky_zenith: Vec4,
+    sky_horizon: Vec4,
+    sky_ground: Vec4,
+    light_choice: Vec4,
 }
 
 /// Size of a ray's offset from its surface over the size of its position: some tens of f32 roundings.
@@ -272,18 +273,6 @@ mod tests {
         let found: Vec<(&str, usize)> =
             members.iter().map(|m| (m.name.as_deref().unwrap_or_default(), m.offset as usize)).collect();
         let expected = fields![
-            view_from_world,
-            prev_view_from_world,
-            projection,
-            prev_projection,
-            eye,
-            sun_direction,
-            sun_radiance,
-            sky_zenith,
-            sky_horizon,
-            sky_ground,
-            light_choice,
-            jitter_px,
             size,
             material_frame_offset,
             punctual_offset,
@@ -297,6 +286,18 @@ mod tests {
             frame_index,
             seed,
             offset_floor,
+            jitter_px,
+            view_from_world,
+            prev_view_from_world,
+            projection,
+            prev_projection,
+            eye,
+            sun_direction,
+            sun_radiance,
+            sky_zenith,
+            sky_horizon,
+            sky_ground,
+            light_choice,
         ];
         assert_eq!(found, expected);
         assert_eq!(*span as usize, size_of::<FrameUniform>());
