@@ -19,7 +19,8 @@
 const OWN_FEATURES = MODEL_OWN_FEATURES;
 const SMOOTH_RADIUS = 1; // pixels; a model's error is smooth over 3x3, noise is not
 const POOL_RADIUS = 2;   // pixels; squares are pooled over 5x5, of which every other one tells enough: they overlap
-const CHANCE = 1.5;      // pooled smooth noise deviates by about as much as it is
+// Pooled smooth noise is twice what is expected of it once in some ten pixels: 25 that overlap are about as good as 5.
+const CHANCE = 2.0;
 const BORDER = SMOOTH_RADIUS + POOL_RADIUS;
 const POOL_SIDE = 8 + 2 * POOL_RADIUS;
 const SIDE = 8 + 2 * BORDER;

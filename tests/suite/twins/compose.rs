@@ -105,7 +105,7 @@ fn matches_its_twin_on_random_images() {
         let smooth_noise = |t: usize| {
             let taps = around(t, 1);
             let deviations = std::array::from_fn(|k| mean(&taps, &|t| half(noise[t].deviations[k])));
-            1.5 * Noise { deviations, ..Noise::default() }.found()
+            2.0 * Noise { deviations, ..Noise::default() }.found()
         };
         let smooth: f64 = pool.iter().map(|&t| mean(&around(t, 1), &residual).powi(2)).sum();
         let beyond = (smooth - pool.iter().map(|&t| smooth_noise(t)).sum::<f64>()).max(0.0);
