@@ -18,7 +18,7 @@
 
 const OWN_FEATURES = MODEL_OWN_FEATURES;
 const SMOOTH_RADIUS = 1; // pixels; a model's error is smooth over 3x3, noise is not
-const POOL_RADIUS = 2;   // pixels; squares are pooled over 5x5, of which every other one tells enough: they overlap
+const POOL_RADIUS = 2;   // pixels; squares are pooled over 5x5
 // Pooled smooth noise is twice what is expected of it once in some ten pixels: 25 that overlap are about as good as 5.
 const CHANCE = 2.0;
 const BORDER = SMOOTH_RADIUS + POOL_RADIUS;
