@@ -47,7 +47,7 @@ pub enum DebugView {
     Motion = 8,
     /// A colour per surface id.
     SurfaceId = 9,
-    /// Where models are and how large their windows: a bright dot per centre; windows of 3x3 tiles red, 5x5 green, 7x7 blue,
+    /// Where models are and how large their windows: a bright dot per centre; windows of five tiles red, 3x3 green, 5x5 blue,
     /// mixed where models overlap.
     Windows = 10,
     /// How many models' windows hold the pixel; white at 16.

@@ -55,8 +55,9 @@ fn a_study_is_a_page_with_the_numbers_of_its_json() {
     }
     let models =
         |name: &str| number(&variants.iter().find(|variant| variant["name"] == name).unwrap()["models"]);
-    assert_eq!(models("dense"), 16.0 * 9.0, "one per tile");
-    assert!(models("adaptive") < 0.5 * models("dense"));
+    assert_eq!(models("dense"), 8.0 * 5.0, "one per tile");
+    // So small an image is half border, where windows reach no neighbour.
+    assert!(models("adaptive") < 0.8 * models("dense"), "{}", models("adaptive"));
 
     for window in json["windows"].as_array().unwrap() {
         for kind in ["expected", "own"] {

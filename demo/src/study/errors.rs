@@ -4,14 +4,16 @@ use super::correlation::{pearson, spearman};
 use super::denoise::StillDenoiser;
 use super::report::{ChoiceReport, Correlation, PixelReport, WindowReport};
 use super::spots::Spot;
-use super::surfaces::{Surfaces, TILE, Tiles, luminance};
+use super::surfaces::{Surfaces, Tiles, luminance};
 use crate::image::ImageRgb;
 use crate::quality::median;
 use anyhow::Result;
 use quell::{Centres, DebugView, Settings, Windows};
 
-/// Tiles to each side of a centre.
-pub const RADII: [u32; 3] = [1, 2, 3];
+/// As in `Windows::Fixed`.
+pub const WINDOWS: [u32; 3] = [1, 2, 3];
+/// Pixels in each: five tiles of 8x8, 3x3, 5x5.
+const PIXELS: [u32; WINDOWS.len()] = [5 * 64, 9 * 64, 25 * 64];
 /// Keeps relative errors of dark tiles finite; as in the relative MSE of images.
 const RELATIVE_FLOOR: f64 = 0.01;
 
@@ -24,7 +26,7 @@ pub struct TileErrors {
 }
 
 /// What all runs found: per run and window size.
-pub type Runs = Vec<[TileErrors; RADII.len()]>;
+pub type Runs = Vec<[TileErrors; WINDOWS.len()]>;
 
 /// Two references of the same image with independent noise, demodulated luminance.
 ///
@@ -59,10 +61,10 @@ pub fn measure_run(
     denoiser: &mut StillDenoiser<'_>,
     tiles: &Tiles,
     truth: &Truth,
-) -> Result<[TileErrors; RADII.len()]> {
-    let mut measure = |radius: u32| -> Result<TileErrors> {
+) -> Result<[TileErrors; WINDOWS.len()]> {
+    let mut measure = |window: u32| -> Result<TileErrors> {
         let settings =
-            Settings { windows: Windows::Fixed(radius), centres: Centres::Uniform(1), ..Settings::default() };
+            Settings { windows: Windows::Fixed(window), centres: Centres::Uniform(1), ..Settings::default() };
         let root = denoiser.debug_view(&settings, DebugView::PredictedError)?;
         let prediction = denoiser.debug_view(&settings, DebugView::Prediction)?;
         Ok(TileErrors {
@@ -70,7 +72,7 @@ pub fn measure_run(
             truth: tiles.means(|i| truth.squared_error(i, luminance(prediction.pixels[i]))),
         })
     };
-    Ok([measure(RADII[0])?, measure(RADII[1])?, measure(RADII[2])?])
+    Ok([measure(WINDOWS[0])?, measure(WINDOWS[1])?, measure(WINDOWS[2])?])
 }
 
 /// Mean over the runs of the true error of window `size`, per tile.
@@ -112,8 +114,8 @@ pub fn windows(runs: &Runs) -> Vec<WindowReport> {
         let expected = expected(runs, size);
         let ratios = positive(&errors.estimated, &expected);
         WindowReport {
-            radius: RADII[size],
-            width_px: (2 * RADII[size] + 1) * TILE,
+            window: WINDOWS[size],
+            pixels: PIXELS[size],
             tiles: expected.len(),
             expected: correlation(&errors.estimated, &expected),
             own: correlation(&errors.estimated, &errors.truth),
@@ -130,7 +132,7 @@ pub fn choice(runs: &Runs, tiles: &Tiles, truth: &Truth) -> Option<ChoiceReport>
     }
     let scale: Vec<f64> =
         tiles.means(|i| truth.mean(i).powi(2)).iter().map(|square| 1.0 / (square + RELATIVE_FLOOR)).collect();
-    let expected: [Vec<f64>; RADII.len()] = std::array::from_fn(|size| expected(runs, size));
+    let expected: [Vec<f64>; WINDOWS.len()] = std::array::from_fn(|size| expected(runs, size));
     let best: Vec<usize> = (0..tiles.len()).map(|tile| least(|size| expected[size][tile])).collect();
     let mean_expected = |size: &dyn Fn(usize) -> usize| {
         (0..tiles.len()).map(|tile| scale[tile] * expected[size(tile)][tile]).sum::<f64>()
@@ -147,22 +149,22 @@ pub fn choice(runs: &Runs, tiles: &Tiles, truth: &Truth) -> Option<ChoiceReport>
     let choices = (runs.len() * tiles.len()) as f64;
     let share = |size: usize| best.iter().filter(|&&b| b == size).count() as f64 / tiles.len() as f64;
     Some(ChoiceReport {
-        fixed: (0..RADII.len()).map(|size| mean_expected(&|_| size)).collect(),
+        fixed: (0..WINDOWS.len()).map(|size| mean_expected(&|_| size)).collect(),
         estimated: estimated / choices,
         best: mean_expected(&|tile| best[tile]),
         agreement: agreed as f64 / choices,
-        best_shares: (0..RADII.len()).map(share).collect(),
+        best_shares: (0..WINDOWS.len()).map(share).collect(),
     })
 }
 
 /// The window size with the least error; the smaller of equal ones.
 fn least(error: impl Fn(usize) -> f64) -> usize {
-    (1..RADII.len()).fold(0, |best, size| if error(size) < error(best) { size } else { best })
+    (1..WINDOWS.len()).fold(0, |best, size| if error(size) < error(best) { size } else { best })
 }
 
 /// Errors over window size at chosen pixels.
 pub fn pixels(runs: &Runs, tiles: &Tiles, spots: &[Spot]) -> Vec<PixelReport> {
-    let expected: [Vec<f64>; RADII.len()] = std::array::from_fn(|size| expected(runs, size));
+    let expected: [Vec<f64>; WINDOWS.len()] = std::array::from_fn(|size| expected(runs, size));
     let report = |spot: &Spot| {
         let tile = tiles.holding(spot.pixel)?;
         Some(PixelReport {

@@ -152,7 +152,7 @@ pub fn study(gpu: &Gpu, options: &StudyOptions) -> Result<StudyReport> {
     };
     write_pictures(&options.out, report.zoom, &noisy, &reference, &measured)?;
     write_json(&report, &options.out.join("study.json"))?;
-    let pairs: Vec<_> = (0..errors::RADII.len()).map(|size| errors::pairs(&found, size)).collect();
+    let pairs: Vec<_> = (0..errors::WINDOWS.len()).map(|size| errors::pairs(&found, size)).collect();
     page::write(&report, &pairs, &options.out)?;
     Ok(report)
 }

@@ -72,8 +72,7 @@ pub fn histogram(window: &WindowReport, pairs: &[[f64; 2]], range: LogRange) -> 
         counts[cell(pair[1]) * CELLS + cell(pair[0])] += 1;
     }
     let most = f64::from(counts.iter().copied().max().unwrap_or(0).max(1));
-    let mut svg =
-        start(&format!("Estimated against true error, windows of {} pixels", window.width_px), &area);
+    let mut svg = start(&format!("Estimated against true error, windows of {} pixels", window.pixels), &area);
     y_axis(&mut svg, &area, range.marks(), "true error");
     x_axis(&mut svg, &area, range.marks());
     axis_title(&mut svg, &area, "estimated error");

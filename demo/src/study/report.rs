@@ -52,8 +52,8 @@ impl StudyReport {
             let Correlation { pearson_log, spearman, .. } = w.expected;
             let _ = writeln!(
                 out,
-                "estimated against true error, windows of {} px: Pearson on logs {}, Spearman {}",
-                w.width_px,
+                "estimated against true error, windows of {} pixels: Pearson on logs {}, Spearman {}",
+                w.pixels,
                 number(pearson_log),
                 number(spearman)
             );
@@ -94,9 +94,10 @@ pub struct VariantReport {
 /// Estimated against true error of one window size, over the tiles of the image.
 #[derive(Debug, Clone, Serialize)]
 pub struct WindowReport {
-    /// Tiles to each side of the centre.
-    pub radius: u32,
-    pub width_px: u32,
+    /// As in `Windows::Fixed`.
+    pub window: u32,
+    /// That it holds.
+    pub pixels: u32,
     pub tiles: usize,
     /// With the true error averaged over all runs.
     pub expected: Correlation,

@@ -7,7 +7,7 @@ use anyhow::Result;
 
 /// The denoiser's floor under albedo.
 const ALBEDO_FLOOR: f32 = 0.02;
-/// Pixels on a side of a tile, as in the denoiser.
+/// Pixels on a side of the tiles that errors are averaged over: a quarter of the denoiser's.
 pub const TILE: u32 = 4;
 
 /// The first hits of the still image.

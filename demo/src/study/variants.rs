@@ -41,8 +41,8 @@ impl Variant {
     fn centres_label(self) -> String {
         match self.centres {
             Centres::Adaptive => "adaptive".to_owned(),
-            Centres::Uniform(1) => "dense: every 4 px".to_owned(),
-            Centres::Uniform(stride) => format!("uniform: every {} px", 4 * stride),
+            Centres::Uniform(1) => "dense: every 8 px".to_owned(),
+            Centres::Uniform(stride) => format!("uniform: every {} px", 8 * stride),
         }
     }
 
@@ -50,9 +50,9 @@ impl Variant {
         match self.windows {
             Windows::RingError => "by ring error",
             Windows::MallowsCp => "by Mallows' Cp",
-            Windows::Fixed(1) => "fixed, 12 px",
-            Windows::Fixed(2) => "fixed, 20 px",
-            Windows::Fixed(_) => "fixed, 28 px",
+            Windows::Fixed(1) => "fixed, five tiles",
+            Windows::Fixed(2) => "fixed, 3x3 tiles",
+            Windows::Fixed(_) => "fixed, 5x5 tiles",
         }
     }
 }

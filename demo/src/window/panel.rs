@@ -109,15 +109,15 @@ fn denoiser_controls(ui: &mut Ui, view: &mut ViewState) {
     const WINDOWS: [(Windows, &str); 5] = [
         (Windows::MallowsCp, "by Mallows' Cp"),
         (Windows::RingError, "by ring error"),
-        (Windows::Fixed(1), "12 pixels"),
-        (Windows::Fixed(2), "20 pixels"),
-        (Windows::Fixed(3), "28 pixels"),
+        (Windows::Fixed(1), "five tiles"),
+        (Windows::Fixed(2), "3x3 tiles"),
+        (Windows::Fixed(3), "5x5 tiles"),
     ];
     const CENTRES: [(Centres, &str); 4] = [
         (Centres::Adaptive, "adaptive"),
-        (Centres::Uniform(1), "every 4 pixels"),
-        (Centres::Uniform(2), "every 8 pixels"),
-        (Centres::Uniform(4), "every 16 pixels"),
+        (Centres::Uniform(1), "every 8 pixels"),
+        (Centres::Uniform(2), "every 16 pixels"),
+        (Centres::Uniform(4), "every 32 pixels"),
     ];
     choice(ui, "Windows", &mut settings.windows, &WINDOWS);
     choice(ui, "Centres", &mut settings.centres, &CENTRES);

@@ -46,13 +46,13 @@ fn page(report: &StudyReport, pairs: &[Vec<[f64; 2]>], pictures: &Pictures<'_>) 
         format!(
             "<figure><figcaption>windows of {} pixels<br><small>Pearson on logs {}, Spearman {}</small></figcaption>{}\
              </figure>",
-            window.width_px,
+            window.pixels,
             number(pearson_log),
             number(spearman),
             histogram(window, pairs, range)
         )
     });
-    let widths: Vec<u32> = report.windows.iter().map(|window| window.width_px).collect();
+    let widths: Vec<u32> = report.windows.iter().map(|window| window.pixels).collect();
     let curves = report.pixels.iter().map(|pixel| {
         let (label, at) = (&pixel.label, format!("{}, {}", pixel.x, pixel.y));
         format!(
@@ -218,7 +218,7 @@ fn correlations(windows: &[WindowReport]) -> String {
         let _ = write!(
             out,
             "<tr><td>{}</td><td>{}</td>{}{}<td>{}</td><td>{}</td></tr>",
-            w.width_px,
+            w.pixels,
             w.tiles,
             cells(&w.expected),
             cells(&w.own),
