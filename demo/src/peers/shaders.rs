@@ -83,4 +83,25 @@ mod tests {
             assert!(bytes <= WORKGROUP_BYTES, "{name}: {bytes}");
         }
     }
+
+    #[test]
+    fn no_file_is_left_unchecked() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders/peers");
+        for (folder, known) in
+            [(folder.clone(), PASSES.map(|(name, _)| name).to_vec()), (folder.join("include"), included())]
+        {
+            for file in std::fs::read_dir(folder).unwrap() {
+                let path = file.unwrap().path();
+                let name = path.file_stem().unwrap().to_str().unwrap();
+                assert!(path.is_dir() || known.contains(&name), "{name} is in no pass");
+            }
+        }
+    }
+
+    /// Names of the includes that some pass uses.
+    fn included() -> Vec<&'static str> {
+        let all: String = PASSES.into_iter().map(|(name, _)| source(name)).collect();
+        let used = INCLUDES.into_iter().filter(|(_, text)| all.contains(*text));
+        used.map(|(name, _)| name.trim_start_matches("include/")).collect()
+    }
 }

@@ -38,9 +38,9 @@ fn files(folder: &str) -> Vec<(String, String)> {
 
 #[test]
 fn no_file_is_left_unchecked() {
-    // The window's and the peers' shaders stand alone.
+    // The window's shaders stand alone.
     let alone = files("").into_iter().filter(|(name, _)| shaders::source(name).is_none());
-    for (name, text) in alone.chain(files("peers")) {
+    for (name, text) in alone {
         assert!(!validated(&name, &text).entry_points.is_empty(), "{name}");
     }
     let passes: String = shaders::passes().filter_map(shaders::source).collect();
