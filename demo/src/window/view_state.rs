@@ -52,7 +52,7 @@ pub fn rival_name(rival: Method) -> &'static str {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ViewState {
     pub mode: ViewMode,
-    /// One of [`RIVALS`].
+    /// One of `RIVALS`.
     pub rival: Method,
     /// The images left and right in [`ViewMode::Split`]; each one of [`ViewMode::IMAGES`].
     pub split_sides: [ViewMode; 2],
