@@ -49,7 +49,9 @@ fn enter_pixel(pixel: vec2<u32>, lane: u32) {
         textureStore(history, pixel, load_reprojected(pixel));
         return;
     }
-    let now = accumulated(pixel, surface);
+    let position = position_of(frame, frame.current, vec2<f32>(pixel), surface.depth);
+    let z = surface_features(surface, position);
+    let now = accumulated(pixel, surface, z);
     // Rounded as they are stored, so that the moments are those of the images.
     let mean = dither_to_half(now.history.rgb, pixel, seed);
     let count = unpack2x16float(pack2x16float(vec2(now.history.w))).x;
@@ -59,7 +61,7 @@ fn enter_pixel(pixel: vec2<u32>, lane: u32) {
     if count <= 0.0 {
         return;
     }
-    enter_surface(pixel, surface, lane);
+    enter_features(z, lane);
     enter_column(lane, SURFACE_FEATURES, f32(pixel.x));
     enter_column(lane, SURFACE_FEATURES + 1u, f32(pixel.y));
     for (var c = 0u; c < CHANNELS; c++) {
@@ -75,9 +77,9 @@ struct Accumulated {
     noise: Noise,
 }
 
-fn accumulated(pixel: vec2<u32>, surface: Surface) -> Accumulated {
+fn accumulated(pixel: vec2<u32>, surface: Surface, z: array<f32, SURFACE_FEATURES>) -> Accumulated {
     let sample = load_sample(pixel);
-    let relit = relight(pixel, surface);
+    let relit = relight(pixel, surface_regressors(z, vec2(0.0)));
     let old = relit.history;
     let k = sample.w;
     // Without samples the history stays as it is; a pixel traced k times this frame enters with weight k.
@@ -124,7 +126,6 @@ fn load_reprojected(pixel: vec2<u32>) -> vec4<f32> {
 // Inverse-variance weights within the tile, by its quarters: how noisy a pixel is cannot be told from its own samples, which
 // would favour those that happen to be dark. What tiles count for is judged in `fit`.
 const QUARTER_SIDE = TILE / 2u;
-const VARIANCE_FLOOR = 0.1;
 
 var<workgroup> quarters: array<vec2<f32>, 4>; // weighted variance, weight
 
@@ -141,7 +142,7 @@ fn weigh_quarters(lane: u32) {
     let whole = quarters[0] + quarters[1] + quarters[2] + quarters[3];
     let own = quarters[lane % TILE / QUARTER_SIDE + 2u * (lane / (TILE * QUARTER_SIDE))];
     let ratio = own.x * whole.y / max(own.y * whole.x, 1e-30);
-    weights[lane] *= (1.0 + VARIANCE_FLOOR) / (ratio + VARIANCE_FLOOR);
+    weights[lane] *= variance_factor(ratio);
     workgroupBarrier();
 }
 
@@ -157,15 +158,13 @@ const KALMAN_GAIN = 3.0; // how much less a history counts that was moved by a s
 const MOST_BRIGHTENING = 16.0; // of how far samples scatter: more is measured anew
 
 // Moves the history by the predicted change, blended between the four nearest models.
-fn relight(pixel: vec2<u32>, surface: Surface) -> Relit {
+fn relight(pixel: vec2<u32>, z: Regressors) -> Relit {
     let old = load_reprojected(pixel);
     let old_noise = unpack_noise(textureLoad(reprojected_noise, pixel, 0).x, old.w);
     var relit = Relit(old, old_noise, min(old.w, frame.max_history), HALF_MAX);
     if old.w <= 0.0 {
         return relit;
     }
-    let position = position_of(frame, frame.current, vec2<f32>(pixel), surface.depth);
-    let z = surface_regressors(surface_features(surface, position), vec2(0.0));
     // In units of centres, which are the middles of their tiles.
     let place = (vec2<f32>(pixel) + 0.5 - 0.5 * f32(TILE)) / f32(TILE * INNOVATION_TILES);
     let corner = vec2<i32>(floor(place));

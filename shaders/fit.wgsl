@@ -197,16 +197,16 @@ fn workgroup_sum(value: f32, lane: u32) -> f32 {
 
 // Mean squared error on the window, with what fitting has made it too small by.
 fn mallows_cp(residual: f32, size: u32) -> f32 {
-    let pixels = f32(TILE * TILE * (WINDOW_TILES[size] - empty_tiles(size)));
+    let pixels = f32(TILE * TILE * sampled_tiles(size));
     let parameters = f32(FEATURES + 1u);
     return residual / max(sums[TILE_WEIGHT], 1e-30)
         + 2.0 * parameters * noise_mean(TILE_FOUND) / max(pixels, 1.0);
 }
 
-fn empty_tiles(size: u32) -> u32 {
+fn sampled_tiles(size: u32) -> u32 {
     var count = 0u;
     for (var t = 0u; t < WINDOW_TILES[size]; t++) {
-        count += select(0u, 1u, window_factors[t] == 0.0);
+        count += select(0u, 1u, window_factors[t] > 0.0);
     }
     return count;
 }

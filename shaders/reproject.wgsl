@@ -87,7 +87,8 @@ fn enter_pixel(pixel: vec2<u32>, lane: u32) {
 
 // A pixel without samples or without history enters with weight 0.
 fn enter_change(pixel: vec2<u32>, surface: Surface, sample: Sample, old: vec4<f32>, lane: u32) {
-    enter_surface(pixel, surface, lane);
+    let position = position_of(frame, frame.current, vec2<f32>(pixel), surface.depth);
+    enter_features(surface_features(surface, position), lane);
     for (var c = 0u; c < CHANNELS; c++) {
         enter_column(lane, FEATURES + c, sample.signal[c] - old[c]);
     }

@@ -61,3 +61,11 @@ const TILE_EXPECTED = 3u;
 const TILE_MEAN = 4u;
 const TILE_SQUARES = TILE_MEAN + COLUMNS;
 const TILE_STRIDE = TILE_SQUARES + SQUARES;
+
+// How much more a noiseless part may count than the average one: a variance from few samples may be 0 by luck.
+const VARIANCE_FLOOR = 0.1;
+
+// What the weight of a part, whose variance is `noise` times that of the whole, is multiplied by: inverse variance, bounded.
+fn variance_factor(noise: f32) -> f32 {
+    return (1.0 + VARIANCE_FLOOR) / (noise + VARIANCE_FLOOR);
+}

@@ -25,11 +25,10 @@ fn unpack_noise(word: u32, count: f32) -> Noise {
 }
 
 fn pack_noise(noise: Noise, count: f32, pixel: vec2<u32>, seed: u32) -> u32 {
-    let random = pcg(pixel.x + pcg(pixel.y + pcg(seed)));
+    let random = random_at(pixel, seed);
     let code = pack_deviation(sqrt(noise.variance), random_unit(pcg(random)));
     let unit = deviation_unit(unpack_deviation(code), count);
-    let dither = vec3<f32>(vec3(random, random >> 10u, random >> 20u) & vec3(1023u)) / 1024.0;
-    let codes = clamp(floor(noise.deviations / max(unit, 1e-30) + dither), vec3(-63.0), vec3(63.0));
+    let codes = clamp(floor(noise.deviations / max(unit, 1e-30) + random_thirds(random)), vec3(-63.0), vec3(63.0));
     let bits = vec3<u32>(vec3<i32>(select(vec3(0.0), codes, unit > 0.0)) + 63);
     return bits.x | (bits.y << 7u) | (bits.z << 14u) | (code << 21u);
 }

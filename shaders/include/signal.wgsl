@@ -11,9 +11,7 @@ fn pack_signal(colour: vec3<f32>, pixel: vec2<u32>, seed: u32) -> u32 {
     let least = u32(max(i32(bitcast<u32>(largest) >> 23u) - 111, 0));
     // Where the largest mantissa has no place to be rounded up to, the next exponent.
     let exponent = least + select(0u, 1u, largest * exp2(24.0 - f32(least)) > 511.0);
-    let random = pcg(pixel.x + pcg(pixel.y + pcg(seed)));
-    let dither = vec3<f32>(vec3(random, random >> 10u, random >> 20u) & vec3(1023u)) / 1024.0;
-    let mantissas = vec3<u32>(min(floor(bounded * exp2(24.0 - f32(exponent)) + dither), vec3(511.0)));
+    let mantissas = vec3<u32>(min(floor(bounded * exp2(24.0 - f32(exponent)) + random_thirds(random_at(pixel, seed))), vec3(511.0)));
     let word = mantissas.x | (mantissas.y << 9u) | (mantissas.z << 18u) | (exponent << 27u);
     return min(word, NO_SAMPLE - 1u);
 }

@@ -33,8 +33,7 @@ fn enter_column(lane: u32, column: u32, value: f32) {
     rows[lane * QUADS + at / 4u][at % 4u] = value;
 }
 
-fn enter_surface(pixel: vec2<u32>, surface: Surface, lane: u32) {
-    let z = surface_features(surface, position_of(frame, frame.current, vec2<f32>(pixel), surface.depth));
+fn enter_features(z: array<f32, SURFACE_FEATURES>, lane: u32) {
     for (var i = 0u; i < SURFACE_FEATURES; i++) {
         enter_column(lane, i, z[i]);
     }

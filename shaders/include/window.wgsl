@@ -9,9 +9,6 @@ var<workgroup> window_tiles: array<u32, MOST_TILES>;   // where their squares ar
 var<workgroup> window_factors: array<f32, MOST_TILES>; // what their weights were multiplied by
 var<workgroup> origin: array<f32, COLUMNS>;
 
-// How much more a noiseless tile may count than the window's average one: a variance from few samples may be 0 by luck.
-const VARIANCE_FLOOR = 0.1;
-
 // Call from uniform control flow. Tiles outside the frame stay, with weight 0, so that all windows have one shape. Returns the
 // weight before it is divided by variance; `origin` is then the mean of the innermost tiles that have any.
 fn load_window(centre: vec2<u32>, count: u32, lane: u32) -> f32 {
@@ -34,7 +31,7 @@ fn load_window(centre: vec2<u32>, count: u32, lane: u32) -> f32 {
     if lane < count {
         // Inverse-variance weighting by tiles.
         let noise = window[lane][TILE_VARIANCE] / max(variance, 1e-30);
-        let factor = select(0.0, (1.0 + VARIANCE_FLOOR) / (noise + VARIANCE_FLOOR), window[lane][TILE_WEIGHT] > 0.0);
+        let factor = select(0.0, variance_factor(noise), window[lane][TILE_WEIGHT] > 0.0);
         window_factors[lane] = factor;
         window[lane][TILE_WEIGHT] *= factor;
     }
