@@ -102,7 +102,7 @@ fn models_picture(pixel: vec2<u32>) -> vec3<f32> {
             }
             let index = u32(tile.y) * frame.tiles.x + u32(tile.x);
             let head = models[index * MODEL_STRIDE];
-            if windows[index] == 0u || head[HEAD_TRUST] <= 0.0 {
+            if windows[index] == 0u {
                 continue;
             }
             let middle = (vec2<f32>(tile) + 0.5) * f32(TILE);

@@ -72,9 +72,8 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
         if has(frame, FLAG_RING_ERROR) {
             risk = error / max(tested, 1e-30);
         }
-        // A window without samples has shown nothing: a wider one may.
-        let known = sums[TILE_WEIGHT] > 0.0 || size == frame.widest_window;
-        if known && size >= frame.least_window && risk < least {
+        // A window without samples has shown nothing. The widest has some: `centres` lists no others.
+        if sums[TILE_WEIGHT] > 0.0 && size >= frame.least_window && risk < least {
             least = risk;
             chosen = size;
             write_model(centre * MODEL_STRIDE, residual, risk, lane);
@@ -236,9 +235,8 @@ fn trust(residual: f32) -> f32 {
 
 fn write_model(start: u32, residual: f32, risk: f32, lane: u32) {
     if lane == 0u {
-        let trusted = select(0.0, trust(residual), sums[TILE_WEIGHT] > 0.0);
         let error = max(risk - noise_mean(TILE_FOUND), 0.0);
-        models[start] = vec4(trusted, noise_gain(), relative_noise(), error);
+        models[start] = vec4(trust(residual), noise_gain(), relative_noise(), error);
     }
     if lane < CHANNELS * MODEL_ROW {
         models[start + 1u + lane] = model_part(lane / MODEL_ROW, lane % MODEL_ROW);

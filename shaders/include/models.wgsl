@@ -3,7 +3,7 @@
 
 const MODEL_OWN_FEATURES = 2u; // pixel position
 
-// The head of a model (include/linear_model): trust (1 where it fits, less where it does not, 0 where no pixel counted); noise
+// The head of a model (include/linear_model): trust (1 where it fits, less where it does not, above 0); noise
 // gain (found over expected variance of the temporal means); relative noise (variance of one sample over the squared mean);
 // predicted squared error.
 const HEAD_TRUST = 0u;
