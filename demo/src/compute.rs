@@ -98,6 +98,18 @@ impl Pass {
         bind(device, self.name, &self.layout, resources)
     }
 
+    /// Records the pass with its own bind group alone.
+    pub fn run(
+        &self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        resources: &[wgpu::BindingResource<'_>],
+        size: [u32; 2],
+        timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
+    ) {
+        self.dispatch(encoder, &[&self.bind(device, resources)], size, timestamp_writes);
+    }
+
     /// Records the pass over `width` x `height` pixels.
     pub fn dispatch(
         &self,

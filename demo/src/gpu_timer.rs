@@ -2,6 +2,7 @@
 //!
 //! On a device without `TIMESTAMP_QUERY`, and on a CPU adapter, nothing is reserved and nothing is reported.
 
+use crate::compute::timestamp_writes;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
@@ -128,12 +129,7 @@ impl GpuTimer {
 
     /// Reserves for one compute pass.
     pub fn reserve_pass(&mut self, label: &str) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
-        let timestamps = self.reserve(&[label])?;
-        Some(wgpu::ComputePassTimestampWrites {
-            query_set: timestamps.query_set,
-            beginning_of_pass_write_index: Some(timestamps.first_query),
-            end_of_pass_write_index: Some(timestamps.first_query + 1),
-        })
+        timestamp_writes(self.reserve(&[label]), 0)
     }
 
     /// Records the collection of this frame's times, after all its passes.

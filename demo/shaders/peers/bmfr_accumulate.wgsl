@@ -49,12 +49,7 @@ fn bmfr_accumulate(@builtin(global_invocation_id) id: vec3<u32>) {
     let m = textureLoad(motion, pixel, 0).xyz;
     let taps = taps_at(prev_position(pixel, m), surface, expected_depth(pixel, d, m.z));
     // Mean in rgb, count in a.
-    var history = vec4(0.0);
-    for (var i = 0; i < 4; i++) {
-        if taps.weights[i] > 0.0 {
-            history += taps.weights[i] * textureLoad(prev_mean, taps.base + tap_offset(i), 0);
-        }
-    }
+    let history = fetch(prev_mean, taps);
     var mean = history.rgb;
     var count = round(history.a);
     let seen = textureLoad(radiance, pixel, 0).rgb;

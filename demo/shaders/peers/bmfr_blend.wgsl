@@ -39,13 +39,7 @@ fn bmfr_blend(@builtin(global_invocation_id) id: vec3<u32>) {
     var signal = textureLoad(fitted, pixel, 0).rgb;
     let history = unpack_taps(textureLoad(taps, pixel, 0).xy);
     if has_history(history) {
-        var previous = vec3(0.0);
-        for (var i = 0; i < 4; i++) {
-            if history.weights[i] > 0.0 {
-                let tap = history.base + tap_offset(i);
-                previous += history.weights[i] * textureLoad(prev_accumulated, tap, 0).rgb;
-            }
-        }
+        let previous = fetch(prev_accumulated, history).rgb;
         let count = textureLoad(mean, pixel, 0).a;
         signal = mix(previous, signal, max(ALPHA, 1.0 / max(count, 1.0)));
     }

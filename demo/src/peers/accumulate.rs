@@ -89,8 +89,7 @@ impl Accumulate {
                 &self.output,
             ],
         );
-        let group = self.pass.bind(&gpu.device, &resources);
         let size = [gbuffer.width, gbuffer.height];
-        self.pass.dispatch(encoder, &[&group], size, timestamp_writes(timestamps, 0));
+        self.pass.run(&gpu.device, encoder, &resources, size, timestamp_writes(timestamps, 0));
     }
 }

@@ -181,14 +181,12 @@ impl Bmfr {
                 &self.taps,
             ],
         );
-        let group = self.accumulate.bind(&gpu.device, &resources);
-        self.accumulate.dispatch(encoder, &[&group], size, timestamp_writes(timestamps, 0));
+        self.accumulate.run(&gpu.device, encoder, &resources, size, timestamp_writes(timestamps, 0));
 
         let images = [&history.mean, &gbuffer.normal_roughness, &gbuffer.depth, &self.fitted];
         let mut resources = views(self.frame.binding(), &images);
         resources.insert(1, self.blocks.as_entire_binding());
-        let group = self.fit.bind(&gpu.device, &resources);
-        self.fit.dispatch(encoder, &[&group], covered, timestamp_writes(timestamps, 1));
+        self.fit.run(&gpu.device, encoder, &resources, covered, timestamp_writes(timestamps, 1));
 
         let resources = views(
             self.frame.binding(),
@@ -205,8 +203,7 @@ impl Bmfr {
                 &self.composed,
             ],
         );
-        let group = self.blend.bind(&gpu.device, &resources);
-        self.blend.dispatch(encoder, &[&group], size, timestamp_writes(timestamps, 2));
+        self.blend.run(&gpu.device, encoder, &resources, size, timestamp_writes(timestamps, 2));
 
         let resources = views(
             self.frame.binding(),
@@ -219,8 +216,7 @@ impl Bmfr {
                 &self.output,
             ],
         );
-        let group = self.taa.bind(&gpu.device, &resources);
-        self.taa.dispatch(encoder, &[&group], size, timestamp_writes(timestamps, 3));
+        self.taa.run(&gpu.device, encoder, &resources, size, timestamp_writes(timestamps, 3));
     }
 }
 

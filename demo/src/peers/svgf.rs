@@ -129,9 +129,9 @@ impl Svgf {
         let [a, b] = &self.scratch;
         let mut index = 0;
         let mut run = |pass: &Pass, images: &[&wgpu::TextureView]| {
-            let group = pass.bind(&gpu.device, &views(self.frame.binding(), images));
+            let resources = views(self.frame.binding(), images);
             let size = [gbuffer.width, gbuffer.height];
-            pass.dispatch(encoder, &[&group], size, timestamp_writes(timestamps, index));
+            pass.run(&gpu.device, encoder, &resources, size, timestamp_writes(timestamps, index));
             index += 1;
         };
         run(

@@ -13,3 +13,14 @@ fn tap_offset(i: i32) -> vec2<i32> {
 fn has_history(taps: Taps) -> bool {
     return any(taps.weights > vec4(0.0));
 }
+
+// What the taps hold of an image, weighted.
+fn fetch(image: texture_2d<f32>, taps: Taps) -> vec4<f32> {
+    var sum = vec4(0.0);
+    for (var i = 0; i < 4; i++) {
+        if taps.weights[i] > 0.0 {
+            sum += taps.weights[i] * textureLoad(image, taps.base + tap_offset(i), 0);
+        }
+    }
+    return sum;
+}
