@@ -83,10 +83,10 @@ fn accumulated(pixel: vec2<u32>, surface: Surface, z: array<f32, SURFACE_FEATURE
     let old = relit.history;
     let k = sample.w;
     // Without samples the history stays as it is; a pixel traced k times this frame enters with weight k.
+    let count = joined_count(old.w, k);
     if k == 0.0 {
-        return Accumulated(vec4(old.rgb, min(old.w, frame.max_history)), relit.noise);
+        return Accumulated(vec4(old.rgb, count), relit.noise);
     }
-    let count = min(old.w, max(frame.max_history - k, 0.0)) + k;
     let colour = sample.rgb * min(1.0, relit.most / max(luminance(sample.rgb), 1e-30));
     let alpha = k / count;
     // What is new in this sample is less than what it differs by from the mean before it, which is noisy too; as noisy as
@@ -107,6 +107,14 @@ fn accumulated(pixel: vec2<u32>, surface: Surface, z: array<f32, SURFACE_FEATURE
     let flips = select(vec3(1.0), vec3(-1.0), vec3(frame.index) % vec3(1u, 2u, 4u) == vec3(0u));
     let deviations = alpha * innovation + flips * (1.0 - alpha) * relit.noise.deviations;
     return Accumulated(vec4(mix(old.rgb, colour, alpha), count), Noise(v, deviations));
+}
+
+// What history and `k` new samples count for. All of it up to `max_history` samples; beyond, history loses its
+// `max_history`th part in a frame. So history is as long in time wherever samples are dense, and the more samples a pixel
+// gets, the less noise is left.
+fn joined_count(old: f32, k: f32) -> f32 {
+    let whole = min(old + k, frame.max_history);
+    return min(max(whole, old * (1.0 - 1.0 / frame.max_history) + k), HALF_MAX);
 }
 
 // This frame's demodulated radiance and how many samples made it: 0 for none.
@@ -161,7 +169,7 @@ const MOST_BRIGHTENING = 16.0; // of how far samples scatter: more is measured a
 fn relight(pixel: vec2<u32>, z: Regressors) -> Relit {
     let old = load_reprojected(pixel);
     let old_noise = unpack_noise(textureLoad(reprojected_noise, pixel, 0).x, old.w);
-    var relit = Relit(old, old_noise, min(old.w, frame.max_history), HALF_MAX);
+    var relit = Relit(old, old_noise, old.w, HALF_MAX);
     if old.w <= 0.0 {
         return relit;
     }

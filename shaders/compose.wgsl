@@ -1,10 +1,11 @@
 // compose: mixes prediction and temporal mean by their estimated errors, and makes radiance of it again.
 //
 // Reads   guide, prediction, history, noise; the caller's albedo, emission.
-// Writes  output: the caller's image; mix_weight: share of the temporal mean, where a debug view shows it
+// Writes  output: the caller's image; error: its expected error (layout: include/error), where somebody asks for it;
+//         mix_weight: share of the temporal mean, where a debug view shows it
 // Source  shrinkage towards a model by estimated risk: James and Stein, "Estimation with Quadratic Loss", 1961
 
-//!include frame numbers noise surface demodulate features models
+//!include frame numbers noise surface demodulate features models error
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var guide: texture_2d<u32>;
@@ -14,7 +15,8 @@
 @group(0) @binding(5) var albedo: texture_2d<f32>;
 @group(0) @binding(6) var emission: texture_2d<f32>;
 @group(0) @binding(7) var output: texture_storage_2d<rgba16float, write>;
-@group(0) @binding(8) var mix_weight: texture_storage_2d<r32uint, write>;
+@group(0) @binding(8) var error: texture_storage_2d<r32uint, write>;
+@group(0) @binding(9) var mix_weight: texture_storage_2d<r32uint, write>;
 
 const OWN_FEATURES = MODEL_OWN_FEATURES;
 const SMOOTH_RADIUS = 1; // pixels; a model's error is smooth over 3x3, noise is not
@@ -51,23 +53,26 @@ fn compose(
     if any(id.xy >= frame.size) {
         return;
     }
-    let mean = textureLoad(history, id.xy, 0).rgb;
+    let mean = textureLoad(history, id.xy, 0);
     if is_miss(unpack_surface(textureLoad(guide, id.xy, 0).xy)) {
-        show(id.xy, mean, 1.0);
+        show(id.xy, mean.rgb, 0.0, 1.0);
         return;
     }
     let predicted = unpack_prediction(textureLoad(prediction, id.xy, 0).xy);
-    // Without any model near, the temporal mean is all there is.
-    let share = select(1.0, temporal_share(corner, vec2<i32>(local.xy) + BORDER), is_known(predicted));
-    var composed = mix(predicted.signal, mean, share) * demodulator(textureLoad(albedo, id.xy, 0).rgb);
+    let mixed = temporal_mix(corner, vec2<i32>(local.xy) + BORDER, predicted, mean);
+    let reflectance = demodulator(textureLoad(albedo, id.xy, 0).rgb);
+    var composed = mix(predicted.signal, mean.rgb, mixed.share) * reflectance;
     if has(frame, FLAG_EMISSION) {
         composed += repair_emission(textureLoad(emission, id.xy, 0).rgb);
     }
-    show(id.xy, composed, share);
+    show(id.xy, composed, sqrt(expected_square(mixed)) * luminance(reflectance), mixed.share);
 }
 
-fn show(pixel: vec2<u32>, radiance: vec3<f32>, share: f32) {
+fn show(pixel: vec2<u32>, radiance: vec3<f32>, deviation: f32, share: f32) {
     textureStore(output, pixel, vec4(min(radiance, vec3(HALF_MAX)), 1.0));
+    if has(frame, FLAG_ERROR) {
+        textureStore(error, pixel, vec4(pack_error(OutputError(deviation, luminance(radiance)))));
+    }
     if has(frame, FLAG_SHOW_MIX) {
         textureStore(mix_weight, pixel, vec4(bitcast<u32>(share)));
     }
@@ -90,8 +95,8 @@ fn load_cell(cell: i32, pixel: vec2<i32>) {
     }
     surfaces[cell] = words;
     let own = unpack_noise(textureLoad(noise, pixel, 0).x, mean.w);
-    let error = standard_error(predicted, own.variance, mean.w);
-    variances[cell] = vec2(error * error, found_variance(own.deviations));
+    let expected = standard_error(predicted, own.variance, mean.w);
+    variances[cell] = vec2(expected * expected, found_variance(own.deviations));
     let values = clamp(
         vec4(luminance(mean.rgb) - luminance(predicted.signal), own.deviations),
         vec4(-HALF_MAX),
@@ -136,14 +141,29 @@ fn smooth_cell(corner: vec2<i32>, place: vec2<i32>) {
     smoothed[place.y * SIDE + place.x] = vec2(mean.x * mean.x, found_variance(mean.yzw));
 }
 
+struct Mix {
+    share: f32,    // of the temporal mean
+    variance: f32, // of the temporal mean
+}
+
+// How much of the mean's variance is left in a model that is fitted to the least window: its coefficients over the pixels.
+const MODEL_SHARE = f32(FEATURES + 1u) / f32(5u * TILE * TILE);
+
+// Mean squared error of the mix. With the best share B / (B + V) the model's error and the mean's noise leave B V / (B + V).
+fn expected_square(mixed: Mix) -> f32 {
+    return mixed.variance * mix(MODEL_SHARE, 1.0, mixed.share);
+}
+
 // The temporal mean differs from the prediction by the model's error and by its own noise. The best mix gives it the share
 // B / (B + V), with B the model's squared error and V the mean's variance. B is what the smoothed residuals have more of than
 // the smoothed deviations, which hold noise alone, blended and resampled like the mean's. All are pooled: a pixel's own
 // variance is low just where its samples happen to be dark, and would keep them so.
-fn temporal_share(corner: vec2<i32>, place: vec2<i32>) -> f32 {
+fn temporal_mix(corner: vec2<i32>, place: vec2<i32>, predicted: Prediction, mean: vec4<f32>) -> Mix {
     let middle = middle_at(corner, place);
-    if !has(frame, FLAG_MIX) || is_miss(middle.surface) {
-        return 0.0;
+    if is_miss(middle.surface) {
+        let l = luminance(select(mean.rgb, predicted.signal, is_known(predicted)));
+        // Without samples the prediction is all there is, without any model near the temporal mean: as good as one sample.
+        return Mix(select(1.0, 0.0, is_known(predicted)), max(predicted.relative_noise, 1.0) * l * l);
     }
     var squares = vec2(0.0); // squares of residuals and of deviations
     var variance = vec2(0.0);
@@ -158,12 +178,13 @@ fn temporal_share(corner: vec2<i32>, place: vec2<i32>) -> f32 {
             }
         }
     }
+    let noise = max(variance.x, variance.y);
     let beyond = squares.x - CHANCE * squares.y;
-    if beyond <= 0.0 {
-        return 0.0;
+    if beyond <= 0.0 || !has(frame, FLAG_MIX) {
+        return Mix(0.0, noise / pooled);
     }
     // Firmer than the plain difference: what is hardly beyond chance is chance more often than not.
-    let error = beyond * beyond / squares.x;
+    let bias = beyond * beyond / squares.x;
     // A pixel alone says nothing about the model.
-    return error / (error + max(variance.x, variance.y)) * (1.0 - 1.0 / (pooled * pooled));
+    return Mix(bias / (bias + noise) * (1.0 - 1.0 / (pooled * pooled)), noise / pooled);
 }

@@ -1,9 +1,9 @@
 // debug_view: one of the frame's inner images, as a picture.
 //
-// Reads   guide, motion, prediction, history, noise, mix_weight, models, windows.
+// Reads   guide, motion, prediction, history, noise, mix_weight, error, models, windows.
 // Writes  debug: the caller's image
 
-//!include frame numbers noise surface features linear_model windows models
+//!include frame numbers noise surface features linear_model windows models error
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var guide: texture_2d<u32>;
@@ -12,9 +12,10 @@
 @group(0) @binding(4) var history: texture_2d<f32>;
 @group(0) @binding(5) var noise: texture_2d<u32>;
 @group(0) @binding(6) var mix_weight: texture_2d<u32>;
-@group(0) @binding(7) var<storage, read> models: array<vec4<f32>>;
-@group(0) @binding(8) var<storage, read> windows: array<u32>;
-@group(0) @binding(9) var debug: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(7) var error: texture_2d<u32>;
+@group(0) @binding(8) var<storage, read> models: array<vec4<f32>>;
+@group(0) @binding(9) var<storage, read> windows: array<u32>;
+@group(0) @binding(10) var debug: texture_storage_2d<rgba16float, write>;
 
 const OWN_FEATURES = MODEL_OWN_FEATURES;
 
@@ -30,6 +31,7 @@ const VIEW_SURFACE_ID = 9u;
 const VIEW_WINDOWS = 10u;
 const VIEW_COVERAGE = 11u;
 const VIEW_PREDICTED_ERROR = 12u;
+const VIEW_OUTPUT_ERROR = 13u;
 
 const FULL_COVERAGE = 16.0; // models over a pixel that are shown white
 
@@ -68,6 +70,9 @@ fn picture(pixel: vec2<u32>, surface: Surface) -> vec3<f32> {
         }
         case VIEW_MIX_WEIGHT: {
             return vec3(bitcast<f32>(textureLoad(mix_weight, pixel, 0).x));
+        }
+        case VIEW_OUTPUT_ERROR: {
+            return vec3(unpack_error(textureLoad(error, pixel, 0).x).deviation);
         }
         case VIEW_NORMAL: {
             return 0.5 + 0.5 * surface.normal;

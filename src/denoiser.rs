@@ -2,15 +2,16 @@
 
 use crate::gpu::{FrameUniforms, Recorder, buffer, flags, image, words};
 use crate::history::History;
-use crate::layout::{LEVEL_WORDS, LEVELS};
+use crate::layout::{GAIN_BUCKETS, LEVEL_WORDS, LEVELS};
 use crate::passes::{
     Pipelines, accumulate::AccumulateViews, compose::ComposeViews, debug_view::DebugViewViews, fit::FitViews,
     innovation::InnovationViews, predict::PredictViews, reproject::ReprojectViews,
+    sample_map::SampleMapViews,
 };
 use crate::statistics::StatisticsReader;
 use crate::{
     Allocation, Camera, CreateError, DebugView, DenoiserDescriptor, FrameError, FrameInputs, FrameOutputs,
-    HistoryMode, Settings, Statistics, Windows, layout,
+    HistoryMode, SampleMap, Settings, Statistics, Windows, layout,
 };
 use bytemuck::Zeroable;
 use std::sync::Arc;
@@ -37,6 +38,7 @@ struct Scratch {
     signal: TextureView,
     /// Later the prediction.
     reprojected: TextureView,
+    /// Later, where somebody asks for it, the output's expected error.
     reprojected_noise: TextureView,
     /// Per tile: of the change of the light, later of the temporal means.
     moments: Buffer,
@@ -48,6 +50,8 @@ struct Scratch {
     centre_list: Buffer,
     /// Per level: arguments of an indirect dispatch, number of models.
     levels: Buffer,
+    /// How many pixels are worth how much to sample, and what that is in samples.
+    gains: Buffer,
     /// Stand in for optional inputs that did not come.
     no_float: TextureView,
     no_uint: TextureView,
@@ -144,8 +148,8 @@ impl Denoiser {
             mapped_at_creation: false,
         });
         queue.write_buffer(&frame, 0, bytemuck::bytes_of(&uniforms));
-        let Scratch { windows, coverage, levels, .. } = &self.scratch;
-        for buffer in [windows, coverage, levels] {
+        let Scratch { windows, coverage, levels, gains, .. } = &self.scratch;
+        for buffer in [windows, coverage, levels, gains] {
             encoder.clear_buffer(buffer, 0, None);
         }
         self.record(&mut Recorder { device, encoder, frame: &frame, timestamps: inputs.timestamps }, inputs);
@@ -161,8 +165,8 @@ impl Denoiser {
     /// The frame, pass by pass.
     fn record(&self, recorder: &mut Recorder<'_>, inputs: &FrameInputs<'_>) {
         let Scratch { signal, reprojected, reprojected_noise, moments, models, .. } = &self.scratch;
-        let Scratch { windows, coverage, centre_list, levels, no_float, no_uint, .. } = &self.scratch;
-        let (innovations, prediction, mix_weight) = (models, reprojected, signal);
+        let Scratch { windows, coverage, centre_list, levels, gains, no_float, no_uint, .. } = &self.scratch;
+        let (innovations, prediction, mix_weight, error) = (models, reprojected, signal, reprojected_noise);
         let History { mean: history, noise, .. } = &self.history;
         let (guide, previous_guide) = (self.history.guide(), self.history.previous_guide());
         let FrameInputs { radiance, albedo, normal_roughness, depth, motion, output, .. } = *inputs;
@@ -221,9 +225,17 @@ impl Denoiser {
         passes.predict.record(recorder, &PredictViews { guide, models, windows, prediction }, self.size);
         passes.compose.record(
             recorder,
-            &ComposeViews { guide, prediction, history, noise, albedo, emission, output, mix_weight },
+            &ComposeViews { guide, prediction, history, noise, albedo, emission, output, error, mix_weight },
             self.size,
         );
+        match inputs.sample_map {
+            Some(SampleMap { view: samples, .. }) => passes.sample_map.record(
+                recorder,
+                &SampleMapViews { guide, motion, history, error, gains, samples },
+                self.size,
+            ),
+            None => recorder.skip_pass("sample_map"),
+        }
         if let Some((_, debug)) = inputs.debug {
             passes.debug_view.record(
                 recorder,
@@ -234,12 +246,15 @@ impl Denoiser {
                     history,
                     noise,
                     mix_weight,
+                    error,
                     models,
                     windows,
                     debug,
                 },
                 self.size,
             );
+        } else {
+            recorder.skip_pass("debug_view");
         }
     }
 
@@ -251,6 +266,8 @@ impl Denoiser {
     ) -> FrameUniforms {
         let flag = |set: bool, bit: u32| if set { bit } else { 0 };
         let motion_depth = inputs.motion.texture().format() == TextureFormat::Rgba16Float;
+        let wants_error =
+            inputs.sample_map.is_some() || matches!(inputs.debug, Some((DebugView::OutputError, _)));
         let mut uniforms = FrameUniforms {
             far: settings.far,
             size: self.size,
@@ -267,7 +284,10 @@ impl Denoiser {
                 | flag(settings.mix_temporal_mean, flags::MIX)
                 | flag(settings.innovation, flags::INNOVATION)
                 | flag(settings.windows == Windows::RingError, flags::RING_ERROR)
+                | flag(wants_error, flags::ERROR)
                 | flag(matches!(inputs.debug, Some((DebugView::MixWeight, _))), flags::SHOW_MIX),
+            sample_budget: inputs.sample_map.map_or(0.0, |map| map.samples_per_pixel),
+            dark_level: inputs.sample_map.map_or(0.0, |map| map.dark_level),
             debug_view: inputs.debug.map_or(0, |(view, _)| view as u32),
             ..FrameUniforms::zeroed()
         };
@@ -295,6 +315,7 @@ impl Scratch {
                 u64::from(LEVEL_WORDS) * LEVELS as u64,
                 BufferUsages::INDIRECT | BufferUsages::COPY_DST | BufferUsages::COPY_SRC,
             ),
+            gains: words(device, "quell gains", GAIN_BUCKETS + 1, BufferUsages::COPY_DST),
             no_float: image(device, "quell no image", [1, 1], TextureFormat::R32Float),
             no_uint: image(device, "quell no image", [1, 1], TextureFormat::R32Uint),
         }

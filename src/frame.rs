@@ -52,6 +52,8 @@ pub enum DebugView {
     Windows = 10,
     /// How many models' windows hold the pixel; white at 16.
     Coverage = 11,
+    /// Expected error of the output: the root of the mean squared error of its luminance.
+    OutputError = 13,
     /// Predicted error of the models' prediction, before it is mixed with the temporal mean: the square root of the mean
     /// squared error of its luminance, demodulated.
     PredictedError = 12,
@@ -59,7 +61,7 @@ pub enum DebugView {
 
 impl DebugView {
     /// Every view, in the order of its value.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Prediction,
         Self::TemporalMean,
         Self::HistoryLength,
@@ -72,18 +74,34 @@ impl DebugView {
         Self::Windows,
         Self::Coverage,
         Self::PredictedError,
+        Self::OutputError,
     ];
 }
 
 /// Where a frame's passes write timestamps: pass `i` of [`PASSES`](crate::PASSES) begins at query
-/// `first_query + 2 i` and ends at the one after it. The set needs `Features::TIMESTAMP_QUERY`. Without a debug view the
-/// last pass does not run: resolve only what is written.
+/// `first_query + 2 i` and ends at the one after it, also where it has nothing to do. The set needs
+/// `Features::TIMESTAMP_QUERY`.
 #[derive(Debug, Clone, Copy)]
 pub struct Timestamps<'a> {
     /// A set of timestamp queries with at least `first_query + 2 * PASSES.len()` entries.
     pub query_set: &'a wgpu::QuerySet,
     /// Query that receives the begin of the first pass.
     pub first_query: u32,
+}
+
+/// Asks for the samples that each pixel should get in the next frame: where one more of them takes most off the expected
+/// relative squared error of the output. The camera is taken to move on as it did; what comes into view, and what just did,
+/// gets more at once. Trace that many paths per pixel and give the same image as [`FrameInputs::sample_count`].
+#[derive(Debug, Clone, Copy)]
+pub struct SampleMap<'a> {
+    /// Receives the number of samples per pixel, 0 to 8 (or to the budget, where that is more); 1 at a miss, whose radiance is
+    /// passed through. `R32Uint` with `STORAGE_BINDING`.
+    pub view: &'a wgpu::TextureView,
+    /// Mean samples per pixel, over what is no miss; 1/16 to 64. A quarter of them goes to all pixels alike.
+    pub samples_per_pixel: f32,
+    /// Luminance below which errors count absolutely, no longer relative to the pixel: what is about as dark in the picture
+    /// that is shown. Above 0; 0.1 where scenes are exposed around 1.
+    pub dark_level: f32,
 }
 
 /// The images of one frame. All have the denoiser's render size, mip level 0, one sample a pixel.
@@ -123,6 +141,8 @@ pub struct FrameInputs<'a> {
     pub output: &'a wgpu::TextureView,
     /// Receives a debug view, where wanted. `Rgba16Float` with `STORAGE_BINDING`.
     pub debug: Option<(DebugView, &'a wgpu::TextureView)>,
+    /// Receives the samples that the next frame should be traced with, where wanted.
+    pub sample_map: Option<SampleMap<'a>>,
     /// Where to write timestamps, where wanted.
     pub timestamps: Option<Timestamps<'a>>,
 }
@@ -143,6 +163,7 @@ const MOTION: &[TextureFormat] =
     &[TextureFormat::Rg16Float, TextureFormat::Rgba16Float, TextureFormat::Rg32Float];
 const SURFACE_ID: &[TextureFormat] = &[TextureFormat::R32Uint];
 const HALF_RGBA: &[TextureFormat] = &[TextureFormat::Rgba16Float];
+const SAMPLES: &[TextureFormat] = &[TextureFormat::R32Uint];
 const SAMPLE_COUNT: &[TextureFormat] = &[TextureFormat::R32Uint, TextureFormat::R8Uint];
 
 impl FrameInputs<'_> {
@@ -150,6 +171,7 @@ impl FrameInputs<'_> {
     pub(crate) fn check(&self, size: [u32; 2], settings: &Settings) -> Result<(), FrameError> {
         settings.check()?;
         self.camera.check()?;
+        self.sample_map.map_or(Ok(()), |map| map.check())?;
         let sampled = TextureUsages::TEXTURE_BINDING;
         let stored = TextureUsages::STORAGE_BINDING;
         let images = [
@@ -163,6 +185,7 @@ impl FrameInputs<'_> {
             ("sample_count", self.sample_count, SAMPLE_COUNT, sampled),
             ("output", Some(self.output), HALF_RGBA, stored),
             ("debug", self.debug.map(|(_, view)| view), HALF_RGBA, stored),
+            ("sample_map", self.sample_map.map(|map| map.view), SAMPLES, stored),
         ];
         let given = || images.iter().filter_map(|&(image, view, ..)| Some((image, view?)));
         for (image, view, formats, usage) in images {
@@ -172,6 +195,21 @@ impl FrameInputs<'_> {
             if let Some((other, _)) = twin.filter(|_| usage == stored) {
                 return Err(FrameError::Aliased { image, other });
             }
+        }
+        Ok(())
+    }
+}
+
+impl SampleMap<'_> {
+    fn check(&self) -> Result<(), FrameError> {
+        let refuse = |setting, expected, found: f32| {
+            Err(FrameError::Setting { setting, expected, found: f64::from(found) })
+        };
+        if !(1.0 / 16.0..=64.0).contains(&self.samples_per_pixel) {
+            return refuse("sample_map.samples_per_pixel", "1/16 to 64", self.samples_per_pixel);
+        }
+        if !(self.dark_level > 0.0 && self.dark_level.is_finite()) {
+            return refuse("sample_map.dark_level", "a finite luminance above 0", self.dark_level);
         }
         Ok(())
     }

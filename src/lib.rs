@@ -29,6 +29,7 @@
 //!     history: HistoryMode::Continue,
 //!     output,           // Rgba16Float
 //!     debug: None,
+//!     sample_map: None,
 //!     timestamps: None,
 //! };
 //! denoiser.encode(device, queue, &mut encoder, &inputs, &Settings::default())?;
@@ -66,7 +67,8 @@
 //! 6. **compose** compares prediction and temporal mean. What they differ by, smoothly and beyond the mean's noise, is the
 //!    models' error; it decides how the two are mixed: smooth where the models hold, sharp where no feature explains what is
 //!    seen, such as a shadow's edge. Then albedo and emission come back.
-//! 7. **debug_view** shows one of these steps, on request.
+//! 7. **sample_map**, on request, turns the expected error into samples per pixel for the next frame, under an average.
+//! 8. **debug_view** shows one of these steps, on request.
 //!
 //! Each image is read where it is made, and packed into words in between: 54 bytes a pixel are held, 194 are moved in a frame
 //! (`tests/cost.md`).
@@ -105,15 +107,15 @@ mod statistics;
 pub use denoiser::Denoiser;
 pub use descriptor::DenoiserDescriptor;
 pub use error::{CreateError, FrameError};
-pub use frame::{Camera, DebugView, FrameInputs, FrameOutputs, HistoryMode, Timestamps};
+pub use frame::{Camera, DebugView, FrameInputs, FrameOutputs, HistoryMode, SampleMap, Timestamps};
 pub use memory::Allocation;
 pub use passes::Pipelines;
 pub use settings::{Centres, Settings, Windows};
 pub use statistics::Statistics;
 
 /// The passes of a frame in the order they run; also their labels and timestamp order.
-pub const PASSES: [&str; 7] =
-    ["reproject", "innovation", "accumulate", "fit", "predict", "compose", "debug_view"];
+pub const PASSES: [&str; 8] =
+    ["reproject", "innovation", "accumulate", "fit", "predict", "compose", "sample_map", "debug_view"];
 
 /// Compiles the README's example.
 #[cfg(doctest)]

@@ -6,6 +6,7 @@ use divan::Bencher;
 use quell::Settings;
 use quell_demo::gpu::Gpu;
 use quell_demo::method::{Method, MethodFrame, MethodRunner};
+use quell_demo::tracer::Sampling;
 use quell_demo::walk::{Walk, WalkOptions};
 use std::sync::LazyLock;
 
@@ -16,8 +17,17 @@ const WARM_UP: u32 = 8;
 static WALK: LazyLock<(Gpu, Walk)> = LazyLock::new(|| {
     let gpu = Gpu::new().expect("a benchmark needs an adapter");
     let [width, height] = SIZE;
-    let options =
-        WalkOptions { scene: None, width, height, frames: 1, fps: 30.0, start_s: 0.0, spp: 1, seed: 0 };
+    let options = WalkOptions {
+        scene: None,
+        width,
+        height,
+        frames: 1,
+        fps: 30.0,
+        start_s: 0.0,
+        spp: 1.0,
+        sampling: Sampling::Uniform,
+        seed: 0,
+    };
     let walk = Walk::new(&gpu, options).expect("the gallery is built in");
     (gpu, walk)
 });

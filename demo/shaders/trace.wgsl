@@ -1,7 +1,7 @@
 // trace: radiance that arrives at each pixel, by path tracing.
 //
-// Reads:  the scene, the frame, hits
-// Writes: radiance (mean of the frame's samples), sample_count
+// Reads:  the scene, the frame, hits, sample_count; listed and work (see plan): the pixels that get any
+// Writes: radiance (mean of the frame's samples)
 // Source: Veach 1997, chapters 8 to 10 (path tracing, multiple importance sampling with the power heuristic,
 //         Russian roulette)
 
@@ -16,7 +16,9 @@
 //!include primary
 
 @group(2) @binding(1) var radiance_out: texture_storage_2d<rgba32float, write>;
-@group(2) @binding(2) var sample_count_out: texture_storage_2d<r32uint, write>;
+@group(2) @binding(2) var sample_count: texture_2d<u32>;
+@group(2) @binding(3) var<storage, read> listed: array<u32>;
+@group(2) @binding(4) var<storage, read> work: array<u32>;
 
 const LIGHTS_ONLY: u32 = 1u;
 const BSDF_ONLY: u32 = 2u;
@@ -116,19 +118,20 @@ fn trace_path(primary: Hit, primary_direction: vec3f) -> vec3f {
     return radiance;
 }
 
-@compute @workgroup_size(8, 8)
-fn trace(@builtin(global_invocation_id) id: vec3u) {
-    let pixel = id.xy;
-    if any(pixel >= frame.size) {
+@compute @workgroup_size(64)
+fn trace(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let place = (group.y * WORK_COLUMNS + group.x) * TRACED_TOGETHER + lane;
+    if place >= work[WORK_PIXELS] {
         return;
     }
+    let pixel = vec2u(listed[place] & 0xffffu, listed[place] >> 16u);
+    let count = textureLoad(sample_count, pixel, 0).x;
     seed_random(pixel, frame.frame_index, frame.seed);
     let direction = camera_direction(sample_position_px(pixel));
     let hit = primary_hit(pixel, direction);
     var sum = vec3f(0.0);
-    for (var i = 0u; i < frame.spp; i++) {
+    for (var i = 0u; i < count; i++) {
         sum += trace_path(hit, direction);
     }
-    textureStore(radiance_out, pixel, vec4f(sum / f32(frame.spp), 1.0));
-    textureStore(sample_count_out, pixel, vec4u(frame.spp));
+    textureStore(radiance_out, pixel, vec4f(sum / f32(count), 1.0));
 }

@@ -9,6 +9,7 @@ use crate::replay::{ReplayOptions, replay};
 use crate::report::ReportArgs;
 use crate::settings_args::SettingsArgs;
 use crate::study::{Rect, StudyOptions, study};
+use crate::tracer::Sampling;
 use crate::walk::{References, WalkOptions, load_scene};
 use crate::walkthrough::Walkthrough;
 use crate::window::{self, WindowError, WindowOptions};
@@ -93,9 +94,12 @@ pub struct WalkArgs {
     /// Scene time of the first frame, seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = finite)]
     pub start: f32,
-    /// Samples per pixel and frame
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub spp: u32,
+    /// Samples per pixel and frame, in the mean: 0.0625 to 64
+    #[arg(long, value_name = "N", default_value_t = 1.0, value_parser = samples_per_pixel)]
+    pub spp: f32,
+    /// Which pixels get them
+    #[arg(long, value_enum, default_value_t)]
+    pub sampling: Sampling,
     /// Another seed gives other noise
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u32,
@@ -121,6 +125,7 @@ impl WalkArgs {
             fps: self.fps,
             start_s: self.start,
             spp: self.spp,
+            sampling: self.sampling,
             seed: self.seed,
         }
     }
@@ -242,7 +247,8 @@ fn run_walkthrough(args: WalkthroughArgs) -> Result<()> {
                 frames: args.exit_after.unwrap_or(HEADLESS_FRAMES),
                 fps: 15.0,
                 start: args.start,
-                spp: 1,
+                spp: 1.0,
+                sampling: Sampling::Uniform,
                 seed: args.seed,
                 reference: 0,
                 reference_frames: None,
@@ -358,4 +364,10 @@ pub(crate) fn finite(text: &str) -> Result<f32, String> {
 
 pub fn positive(text: &str) -> Result<f32, String> {
     finite(text).ok().filter(|&number| number > 0.0).ok_or_else(|| "expected a number above 0".to_owned())
+}
+
+/// As the denoiser's sample map takes them.
+fn samples_per_pixel(text: &str) -> Result<f32, String> {
+    let number = text.parse::<f32>().ok().filter(|number| (1.0 / 16.0..=64.0).contains(number));
+    number.ok_or_else(|| "expected samples per pixel, 0.0625 to 64".to_owned())
 }

@@ -40,6 +40,8 @@ pub enum Binding {
     ImageArray,
     Sampler,
     Uniform,
+    Buffer,
+    BufferMut,
     Store(wgpu::TextureFormat),
 }
 
@@ -118,13 +120,34 @@ impl Pass {
         [width, height]: [u32; 2],
         timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
     ) {
+        let mut pass = self.begin(encoder, groups, timestamp_writes);
+        pass.dispatch_workgroups(width.div_ceil(self.tile), height.div_ceil(self.tile), 1);
+    }
+
+    /// As [`Self::dispatch`], with the number of workgroups at the start of a buffer.
+    pub fn dispatch_indirect(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        groups: &[&wgpu::BindGroup],
+        workgroups: &wgpu::Buffer,
+        timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
+    ) {
+        self.begin(encoder, groups, timestamp_writes).dispatch_workgroups_indirect(workgroups, 0);
+    }
+
+    fn begin<'a>(
+        &self,
+        encoder: &'a mut wgpu::CommandEncoder,
+        groups: &[&wgpu::BindGroup],
+        timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
+    ) -> wgpu::ComputePass<'a> {
         let mut pass = encoder
             .begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(self.name), timestamp_writes });
         pass.set_pipeline(&self.pipeline);
         for (i, group) in groups.iter().enumerate() {
             pass.set_bind_group(i as u32, *group, &[]);
         }
-        pass.dispatch_workgroups(width.div_ceil(self.tile), height.div_ceil(self.tile), 1);
+        pass
     }
 }
 
@@ -135,6 +158,7 @@ pub fn layout(device: &wgpu::Device, label: &str, bindings: &[Binding]) -> wgpu:
         view_dimension,
         multisampled: false,
     };
+    let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
     let float = |filterable| wgpu::TextureSampleType::Float { filterable };
     let entry = |(i, binding): (usize, &Binding)| wgpu::BindGroupLayoutEntry {
         binding: i as u32,
@@ -144,11 +168,9 @@ pub fn layout(device: &wgpu::Device, label: &str, bindings: &[Binding]) -> wgpu:
             Binding::Integers => texture(wgpu::TextureSampleType::Uint, wgpu::TextureViewDimension::D2),
             Binding::ImageArray => texture(float(true), wgpu::TextureViewDimension::D2Array),
             Binding::Sampler => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
-            Binding::Uniform => wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Uniform,
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
+            Binding::Uniform => buffer(wgpu::BufferBindingType::Uniform),
+            Binding::Buffer => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
+            Binding::BufferMut => buffer(wgpu::BufferBindingType::Storage { read_only: false }),
             Binding::Store(format) => wgpu::BindingType::StorageTexture {
                 access: wgpu::StorageTextureAccess::WriteOnly,
                 format,

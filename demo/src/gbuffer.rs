@@ -22,6 +22,8 @@ pub struct GBuffer {
     pub emission: wgpu::TextureView,
     /// `R32Uint`: samples traced at the pixel this frame.
     pub sample_count: wgpu::TextureView,
+    /// `R32Uint`: samples that the denoiser asks for in the next frame.
+    pub sample_map: wgpu::TextureView,
 }
 
 /// An image that passes write, read, and that can be copied to and from.
@@ -62,6 +64,7 @@ impl GBuffer {
             surface_id: image("surface_id", R32Uint),
             emission: image("emission", Rgba16Float),
             sample_count: image("sample_count", R32Uint),
+            sample_map: image("sample_map", R32Uint),
         }
     }
 }

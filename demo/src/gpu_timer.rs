@@ -121,12 +121,6 @@ impl GpuTimer {
         Some(quell::Timestamps { query_set: &slot.queries, first_query: 2 * first as u32 })
     }
 
-    /// Reserves for all passes of a denoised frame; the debug view is the last.
-    pub fn reserve_denoiser(&mut self, with_debug_view: bool) -> Option<quell::Timestamps<'_>> {
-        let passes = quell::PASSES.len() - usize::from(!with_debug_view);
-        self.reserve(&quell::PASSES[..passes])
-    }
-
     /// Reserves for one compute pass.
     pub fn reserve_pass(&mut self, label: &str) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         timestamp_writes(self.reserve(&[label]), 0)

@@ -5,8 +5,8 @@ use crate::gpu::Gpu;
 use crate::peers::{Accumulate, Bmfr, PeerFrame, Svgf};
 use anyhow::{Context, Result};
 use quell::{
-    Allocation, Camera, DebugView, Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode, Settings,
-    Timestamps,
+    Allocation, Camera, DebugView, Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode, SampleMap,
+    Settings, Timestamps,
 };
 
 /// How to denoise.
@@ -37,6 +37,9 @@ impl Method {
     }
 }
 
+/// Luminance that counts as dark in pictures that are tonemapped without exposure; as in the relative MSE of images.
+const DARK_LEVEL: f32 = 0.1;
+
 /// One frame to denoise.
 #[derive(Debug, Clone, Copy)]
 pub struct MethodFrame<'a> {
@@ -48,14 +51,16 @@ pub struct MethodFrame<'a> {
     pub settings: &'a Settings,
     /// Quell alone draws debug views; the others leave the image untouched.
     pub debug: Option<(DebugView, &'a wgpu::TextureView)>,
+    /// Quell asks for as many samples per pixel, in the mean, in the next frame ([`GBuffer::sample_map`]).
+    pub sample_budget: Option<f32>,
     /// Pass `i` of [`MethodRunner::passes`] writes its begin to `first_query + 2 i` and its end to the query after it.
     pub timestamps: Option<Timestamps<'a>>,
 }
 
 impl<'a> MethodFrame<'a> {
-    /// A frame without debug view and timestamps.
+    /// A frame without debug view, sample map and timestamps.
     pub fn new(gbuffer: &'a GBuffer, camera: Camera, restart: bool, settings: &'a Settings) -> Self {
-        Self { gbuffer, camera, restart, settings, debug: None, timestamps: None }
+        Self { gbuffer, camera, restart, settings, debug: None, sample_budget: None, timestamps: None }
     }
 }
 
@@ -118,10 +123,10 @@ impl MethodRunner {
         }
     }
 
-    /// The passes of a frame, in the order they run; quell's debug view, which is not part of every frame, is left out.
+    /// The passes of a frame, in the order they run; quell's sample map and debug view have nothing to do in most frames.
     pub fn passes(&self) -> &'static [&'static str] {
         match &self.state {
-            State::Quell { .. } => &quell::PASSES[..quell::PASSES.len() - 1],
+            State::Quell { .. } => &quell::PASSES,
             State::Svgf(_) => &Svgf::PASSES,
             State::Bmfr(_) => &Bmfr::PASSES,
             State::Accumulate(_) => &Accumulate::PASSES,
@@ -167,6 +172,11 @@ impl MethodRunner {
                     history: if frame.restart { HistoryMode::Restart } else { HistoryMode::Continue },
                     output,
                     debug: frame.debug,
+                    sample_map: frame.sample_budget.map(|samples_per_pixel| SampleMap {
+                        view: &gbuffer.sample_map,
+                        samples_per_pixel,
+                        dark_level: DARK_LEVEL,
+                    }),
                     timestamps,
                 };
                 let settings = Settings {

@@ -5,8 +5,9 @@ use crate::gpu::Gpu;
 use crate::image::ImageRgb;
 use crate::method::{Method, MethodFrame, MethodRunner};
 use crate::quality::{HEADINGS, MeanReport, QualityRecorder, QualityReport, columns, median, write_json};
+use crate::tracer::Sampling;
 use crate::walk::{References, Walk, WalkOptions};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use quell::Settings;
 use serde::Serialize;
@@ -29,7 +30,8 @@ pub struct RenderOptions {
 #[derive(Debug, Serialize)]
 pub struct RenderReport {
     pub scene: String,
-    pub spp: u32,
+    pub spp: f32,
+    pub sampling: Sampling,
     pub reference_spp: u32,
     pub seed: u32,
     /// Median milliseconds of the path tracer and of each method, from submission until the GPU is done.
@@ -72,8 +74,12 @@ fn label_of(method: Method) -> &'static str {
 /// their names), `reference/`, `contact_sheet.png` and `metrics.json` in `out`.
 pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
     let walk = Walk::new(gpu, options.walk.clone())?;
-    let WalkOptions { width, height, frames, spp, seed, .. } = options.walk;
+    let WalkOptions { width, height, frames, spp, sampling, seed, .. } = options.walk;
     let chosen = options.references.chosen(frames)?;
+    ensure!(
+        sampling != Sampling::Adaptive || options.methods.contains(&Method::Quell),
+        "adaptive sampling needs quell among the methods: it says where the samples go"
+    );
     let folder = |name: &str| -> Result<PathBuf> {
         let path = options.out.join(name);
         std::fs::create_dir_all(&path)
@@ -98,7 +104,11 @@ pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
             walk.trace(gpu, encoder, i);
             Ok(())
         })?;
-        let frame = MethodFrame::new(walk.gbuffer(), walk.view(i).camera, i == 0, &settings);
+        let sample_budget = (sampling == Sampling::Adaptive).then_some(spp);
+        let frame = MethodFrame {
+            sample_budget,
+            ..MethodFrame::new(walk.gbuffer(), walk.view(i).camera, i == 0, &settings)
+        };
         for runner in &mut runners {
             times.measure(gpu, runner.method().name(), |encoder| {
                 runner.encode(gpu, encoder, &frame).with_context(|| format!("frame {i}"))?;
@@ -152,6 +162,7 @@ pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
     let report = RenderReport {
         scene: walk.scene_name().to_owned(),
         spp,
+        sampling,
         reference_spp: options.references.spp,
         seed,
         wall_ms: times.medians(),
@@ -179,11 +190,12 @@ impl RenderReport {
         if let Some(first) = self.methods.first() {
             let _ = writeln!(
                 out,
-                "{}: {}x{}, {} spp, means of {} frames against {} spp, on {}",
+                "{}: {}x{}, {} spp ({:?}), means of {} frames against {} spp, on {}",
                 self.scene,
                 first.width,
                 first.height,
                 self.spp,
+                self.sampling,
                 first.frames.len(),
                 self.reference_spp,
                 first.adapter

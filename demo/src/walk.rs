@@ -4,7 +4,7 @@ use crate::gbuffer::GBuffer;
 use crate::gpu::Gpu;
 use crate::image::ImageRgb;
 use crate::scene::{Scene, gallery, gltf};
-use crate::tracer::{FrameView, ReferenceImage, TraceSettings, Tracer, camera_of};
+use crate::tracer::{FrameView, ReferenceImage, Sampling, TraceSettings, Tracer, camera_of};
 use anyhow::{Result, ensure};
 use std::path::{Path, PathBuf};
 
@@ -20,8 +20,10 @@ pub struct WalkOptions {
     pub fps: f32,
     /// Scene time of the first frame, seconds.
     pub start_s: f32,
-    /// Samples per pixel.
-    pub spp: u32,
+    /// Samples per pixel, in the mean; above 0.
+    pub spp: f32,
+    /// With [`Sampling::Adaptive`] the first frame is sampled uniformly.
+    pub sampling: Sampling,
     pub seed: u32,
 }
 
@@ -90,13 +92,24 @@ impl Walk {
 
     /// Records the tracing of frame `index` into [`gbuffer`](Self::gbuffer).
     pub fn trace(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, index: u32) {
-        self.trace_with(gpu, encoder, index, self.options.spp);
+        let WalkOptions { spp, sampling, .. } = self.options;
+        // Nobody has asked for anything yet.
+        let sampling =
+            if index == 0 && sampling == Sampling::Adaptive { Sampling::Uniform } else { sampling };
+        self.trace_with(gpu, encoder, index, spp, sampling);
     }
 
-    /// [`trace`](Self::trace) with another number of samples per pixel.
-    pub fn trace_with(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, index: u32, spp: u32) {
+    /// [`trace`](Self::trace) with other samples.
+    pub fn trace_with(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        index: u32,
+        spp: f32,
+        sampling: Sampling,
+    ) {
         let seed = self.options.seed;
-        let settings = TraceSettings { spp, seed, frame: index, ..TraceSettings::default() };
+        let settings = TraceSettings { spp, sampling, seed, frame: index, ..TraceSettings::default() };
         self.tracer.encode(gpu, encoder, &self.view(index), &settings, &self.gbuffer);
     }
 
@@ -108,7 +121,7 @@ impl Walk {
         while image.samples() < spp {
             let batch = REFERENCE_BATCH_SPP.min(spp - image.samples());
             let settings = TraceSettings {
-                spp: batch,
+                spp: batch as f32,
                 seed: seed ^ REFERENCE_SEED,
                 frame: index.wrapping_mul(0x1_0001).wrapping_add(image.samples()),
                 ..TraceSettings::default()

@@ -97,7 +97,7 @@ impl FrameSource for Walkthrough {
         camera.view_from_world = request.free_view.unwrap_or(camera.view_from_world);
         let view = FrameView { camera, time_s: self.time_s, previous: self.previous };
         let settings = TraceSettings {
-            spp: request.view.spp.max(1),
+            spp: request.view.spp as f32,
             seed: self.seed,
             frame: self.frame,
             ..TraceSettings::default()
@@ -108,7 +108,7 @@ impl FrameSource for Walkthrough {
         let restart = request.restart || self.previous.is_none();
         let denoiser_settings = &request.view.settings;
         let debug = request.view.debug.map(|debug| (debug, &targets.debug));
-        let timestamps = timer.reserve_denoiser(debug.is_some());
+        let timestamps = timer.reserve(targets.quell.passes());
         let frame = MethodFrame::new(&targets.gbuffer, camera, restart, denoiser_settings);
         targets.quell.encode(gpu, encoder, &MethodFrame { debug, timestamps, ..frame })?;
         let shows_rival = request.view.shows(ViewMode::Rival);

@@ -4,6 +4,7 @@ use quell_demo::gpu::Gpu;
 use quell_demo::image::ImageRgb;
 use quell_demo::method::{Method, MethodFrame, MethodRunner};
 use quell_demo::metrics::{FrameMetrics, compare};
+use quell_demo::tracer::Sampling;
 use quell_demo::walk::{Walk, WalkOptions};
 
 const FRAMES: u32 = 10;
@@ -21,7 +22,8 @@ fn quell_and_the_peers_beat_accumulation_on_a_traced_walk() {
         frames: FRAMES,
         fps: 15.0,
         start_s: 0.0,
-        spp: 1,
+        spp: 1.0,
+        sampling: Sampling::Uniform,
         seed: 0,
     };
     let walk = Walk::new(&gpu, options).unwrap();

@@ -26,7 +26,8 @@ struct Frame {
     widest_window: u32,
     firefly_limit: f32,     // standard errors of a neighbourhood's mean that one sample may move it by
     far: f32,
-    pad_0: vec2<u32>,
+    sample_budget: f32,     // mean samples per pixel that the sample map may ask for
+    dark_level: f32,        // luminance below which errors count absolutely
     levels: array<Level, LEVELS>,
     eye_delta: vec3<f32>,   // eye now minus eye of the previous frame, world units
     pad_1: f32,
@@ -51,6 +52,7 @@ const FLAG_MIX = 32u;           // mix the prediction with the temporal mean
 const FLAG_RING_ERROR = 64u;    // windows by the ring error, not by Mallows' Cp
 const FLAG_INNOVATION = 128u;   // relight the history
 const FLAG_SHOW_MIX = 256u;     // a debug view shows the mix weight
+const FLAG_ERROR = 512u;        // somebody asks for the output's expected error
 
 const LEVELS = 3u;
 const TILE = 8u; // pixels on a side; the unit of which windows are made

@@ -1,6 +1,6 @@
 //! Joins a pass's WGSL with the includes that it names in `//!include a b c`.
 
-const INCLUDES: [(&str, &str); 15] = [
+const INCLUDES: [(&str, &str); 18] = [
     ("frame", include_str!("../../shaders/include/frame.wgsl")),
     ("numbers", include_str!("../../shaders/include/numbers.wgsl")),
     ("noise", include_str!("../../shaders/include/noise.wgsl")),
@@ -15,6 +15,9 @@ const INCLUDES: [(&str, &str); 15] = [
     ("linear_model", include_str!("../../shaders/include/linear_model.wgsl")),
     ("models", include_str!("../../shaders/include/models.wgsl")),
     ("innovations", include_str!("../../shaders/include/innovations.wgsl")),
+    ("error", include_str!("../../shaders/include/error.wgsl")),
+    ("sampling", include_str!("../../shaders/include/sampling.wgsl")),
+    ("gains", include_str!("../../shaders/include/gains.wgsl")),
     ("ridge", include_str!("../../shaders/include/ridge.wgsl")),
 ];
 

@@ -17,6 +17,7 @@ pub mod flags {
     pub const RING_ERROR: u32 = 64;
     pub const INNOVATION: u32 = 128;
     pub const SHOW_MIX: u32 = 256;
+    pub const ERROR: u32 = 512;
 }
 
 /// WGSL `View`.
@@ -85,7 +86,8 @@ pub struct FrameUniforms {
     pub widest_window: u32,
     pub firefly_limit: f32,
     pub far: f32,
-    pub pad_0: [u32; 2],
+    pub sample_budget: f32,
+    pub dark_level: f32,
     pub levels: [LevelUniforms; LEVELS],
     pub eye_delta: Vec3,
     pub pad_1: f32,

@@ -16,6 +16,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("albedo", Kind::Texture),
         ("emission", Kind::Texture),
         ("output", Kind::Storage(TextureFormat::Rgba16Float)),
+        ("error", Kind::Storage(TextureFormat::R32Uint)),
         ("mix_weight", Kind::Storage(TextureFormat::R32Uint)),
     ],
     workgroup: [8, 8],
@@ -33,6 +34,7 @@ pub struct ComposeViews<'a> {
     pub albedo: &'a TextureView,
     pub emission: &'a TextureView,
     pub output: &'a TextureView,
+    pub error: &'a TextureView,
     pub mix_weight: &'a TextureView,
 }
 
@@ -56,6 +58,7 @@ impl Compose {
             BindingResource::TextureView(views.albedo),
             BindingResource::TextureView(views.emission),
             BindingResource::TextureView(views.output),
+            BindingResource::TextureView(views.error),
             BindingResource::TextureView(views.mix_weight),
         ];
         self.0.record(recorder, &resources, extent);

@@ -8,11 +8,15 @@ pub mod fit;
 pub mod innovation;
 pub mod predict;
 pub mod reproject;
+pub mod sample_gains;
+pub mod sample_map;
+pub mod sample_rate;
 
 use crate::gpu::KernelDescriptor;
 
-/// All kernels in the order they run; `centres` runs within the pass `fit`.
-pub const ALL: [&KernelDescriptor; 8] = [
+/// All kernels in the order they run; `centres` runs within the pass `fit`, `sample_gains` and `sample_rate` within
+/// `sample_map`.
+pub const ALL: [&KernelDescriptor; 11] = [
     &reproject::DESCRIPTOR,
     &innovation::DESCRIPTOR,
     &accumulate::DESCRIPTOR,
@@ -20,6 +24,9 @@ pub const ALL: [&KernelDescriptor; 8] = [
     &fit::DESCRIPTOR,
     &predict::DESCRIPTOR,
     &compose::DESCRIPTOR,
+    &sample_gains::DESCRIPTOR,
+    &sample_rate::DESCRIPTOR,
+    &sample_map::DESCRIPTOR,
     &debug_view::DESCRIPTOR,
 ];
 
@@ -32,6 +39,7 @@ pub struct Pipelines {
     pub(crate) fit: fit::Fit,
     pub(crate) predict: predict::Predict,
     pub(crate) compose: compose::Compose,
+    pub(crate) sample_map: sample_map::SampleMap,
     pub(crate) debug_view: debug_view::DebugView,
 }
 
@@ -45,6 +53,7 @@ impl Pipelines {
             fit: fit::Fit::new(device),
             predict: predict::Predict::new(device),
             compose: compose::Compose::new(device),
+            sample_map: sample_map::SampleMap::new(device),
             debug_view: debug_view::DebugView::new(device),
         }
     }

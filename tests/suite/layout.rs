@@ -50,7 +50,8 @@ fn frame_uniforms_match_the_wgsl() {
         widest_window,
         firefly_limit,
         far,
-        pad_0,
+        sample_budget,
+        dark_level,
         levels,
         eye_delta,
         pad_1,
@@ -99,6 +100,7 @@ fn constants_match_the_wgsl() {
         ("FLAG_RING_ERROR", flags::RING_ERROR),
         ("FLAG_INNOVATION", flags::INNOVATION),
         ("FLAG_SHOW_MIX", flags::SHOW_MIX),
+        ("FLAG_ERROR", flags::ERROR),
     ];
     for (name, value) in expected {
         assert_eq!(constant(&module, name), value, "{name}");

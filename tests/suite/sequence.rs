@@ -66,6 +66,7 @@ impl Images {
             history,
             output: &self.output,
             debug: None,
+            sample_map: None,
             timestamps: None,
         }
     }

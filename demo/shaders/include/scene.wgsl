@@ -27,15 +27,21 @@ struct Frame {
     instance_count: u32,
     punctual_count: u32,
     light_count: u32,
-    spp: u32,
+    // Samples per pixel, in the mean.
+    spp: f32,
     max_bounces: u32,
     // 0 MIS, 1 lights only, 2 BSDF only.
     strategy: u32,
     frame_index: u32,
     seed: u32,
+    // 0 uniform, 1 every other pixel in turn, 2 as asked for.
+    sampling: u32,
+    jitter_px: vec2f,
+    pad_0: u32,
+    pad_1: u32,
+    pad_2: u32,
     // Smallest size of a position that the ray offset assumes.
     offset_floor: f32,
-    jitter_px: vec2f,
     view_from_world: mat4x4f,
     prev_view_from_world: mat4x4f,
     // x and y scale, x and y offset of the projection (per unit of -z).
@@ -53,6 +59,11 @@ struct Frame {
     // Probability of choosing an emissive triangle, the sun, a punctual light; w is the angle of a pixel.
     light_choice: vec4f,
 }
+
+// The work of a frame: arguments of an indirect dispatch, then the number of listed pixels.
+const WORK_COLUMNS: u32 = 64u; // workgroups in x
+const WORK_PIXELS: u32 = 3u;
+const TRACED_TOGETHER: u32 = 64u; // pixels by a workgroup
 
 @group(0) @binding(0) var nodes: texture_2d<f32>;
 @group(0) @binding(1) var triangles: texture_2d<f32>;

@@ -14,6 +14,7 @@ use crate::gpu::Gpu;
 use crate::method::{Method, MethodFrame, MethodRunner};
 use crate::quality::write_json;
 use crate::render::progress_bar;
+use crate::tracer::Sampling;
 use crate::walk::{Walk, WalkOptions};
 use anyhow::{Context, Result, bail};
 use machine::Machine;
@@ -138,7 +139,8 @@ fn set_up(gpu: &Gpu, options: &BenchOptions, [width, height]: [u32; 2]) -> Resul
                 frames: options.warm_up + options.frames,
                 fps: FPS,
                 start_s: options.start_s,
-                spp: SPP,
+                spp: SPP as f32,
+                sampling: Sampling::Uniform,
                 seed: 0,
             },
         )?;

@@ -153,6 +153,7 @@ fn milliseconds(duration: Duration) -> f64 {
 mod tests {
     use super::*;
     use crate::method::Method;
+    use crate::tracer::Sampling;
     use crate::walk::{Walk, WalkOptions};
     use quell::Settings;
 
@@ -169,8 +170,17 @@ mod tests {
     fn measure(clock: Clock) -> (usize, Vec<FrameTime>) {
         let gpu = Gpu::new().expect("tests need a Vulkan driver");
         let (width, height) = (32, 18);
-        let options =
-            WalkOptions { scene: None, width, height, frames: 3, fps: 30.0, start_s: 0.0, spp: 1, seed: 0 };
+        let options = WalkOptions {
+            scene: None,
+            width,
+            height,
+            frames: 3,
+            fps: 30.0,
+            start_s: 0.0,
+            spp: 1.0,
+            sampling: Sampling::Uniform,
+            seed: 0,
+        };
         let walk = Walk::new(&gpu, options).unwrap();
         let mut runner = MethodRunner::new(&gpu, Method::Quell, width, height).unwrap();
         let passes = runner.passes().len();

@@ -7,6 +7,7 @@ use crate::gbuffer::GBuffer;
 use crate::gpu::Gpu;
 use crate::image::ImageRgb;
 use crate::scene::{Scene, gallery};
+use crate::tracer::Sampling;
 use crate::walk::{Walk, WalkOptions};
 use anyhow::{Context, Result};
 use quell::{Camera, Settings};
@@ -112,7 +113,17 @@ impl Stretch {
         let scene_file = scene.map(Path::to_owned);
         let walk = Walk::new(
             gpu,
-            WalkOptions { scene: scene_file, width, height, frames, fps, start_s, spp: SPP, seed: 0 },
+            WalkOptions {
+                scene: scene_file,
+                width,
+                height,
+                frames,
+                fps,
+                start_s,
+                spp: SPP as f32,
+                sampling: Sampling::Uniform,
+                seed: 0,
+            },
         )?;
         let events = frame_events(walk.scene(), start_s, fps, frames);
         let referenced = referenced(options, &events)?;

@@ -21,6 +21,7 @@ use crate::image::{ImageRgb, write_png_rgb8};
 use crate::metrics::compare;
 use crate::quality::write_json;
 use crate::render::progress_bar;
+use crate::tracer::Sampling;
 use crate::walk::{Walk, WalkOptions};
 use anyhow::{Context, Result, ensure};
 use denoise::StillDenoiser;
@@ -88,7 +89,8 @@ pub fn study(gpu: &Gpu, options: &StudyOptions) -> Result<StudyReport> {
             frames: runs.max(frames),
             fps: f32::INFINITY,
             start_s,
-            spp,
+            spp: spp as f32,
+            sampling: Sampling::Uniform,
             seed,
         },
     )?;
@@ -160,7 +162,7 @@ pub fn study(gpu: &Gpu, options: &StudyOptions) -> Result<StudyReport> {
 /// Traces frame `index` with `spp` samples per pixel and waits for it.
 fn trace(gpu: &Gpu, walk: &Walk, index: u32, spp: u32) -> Result<()> {
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    walk.trace_with(gpu, &mut encoder, index, spp);
+    walk.trace_with(gpu, &mut encoder, index, spp as f32, Sampling::Uniform);
     gpu.queue.submit([encoder.finish()]);
     gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
     Ok(())

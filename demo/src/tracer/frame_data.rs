@@ -1,7 +1,7 @@
 //! What changes from frame to frame: the uniform buffer and the texels of instances, emission and lights.
 
 use super::geometry::{Emitter, Geometry};
-use super::{FrameView, Strategy, TraceSettings};
+use super::{FrameView, Sampling, Strategy, TraceSettings};
 use crate::scene::{Pose, PunctualKind, Scene, Sun};
 use glam::{Affine3A, Mat4, Vec2, Vec3, Vec4};
 
@@ -20,13 +20,17 @@ pub(super) struct FrameUniform {
     instance_count: u32,
     punctual_count: u32,
     light_count: u32,
-    spp: u32,
+    spp: f32,
     max_bounces: u32,
     strategy: u32,
     frame_index: u32,
     seed: u32,
-    offset_floor: f32,
+    sampling: u32,
     jitter_px: Vec2,
+    pad_0: u32,
+    pad_1: u32,
+    pad_2: u32,
+    offset_floor: f32,
     view_from_world: Mat4,
     prev_view_from_world: Mat4,
     projection: Vec4,
@@ -125,7 +129,12 @@ impl FrameSource {
             instance_count: self.placed.len() as u32,
             punctual_count: self.scene.punctual_lights.len() as u32,
             light_count: self.emitters.len() as u32,
-            spp: settings.spp.max(1),
+            spp: settings.spp,
+            sampling: match settings.sampling {
+                Sampling::Uniform => 0,
+                Sampling::Checkerboard => 1,
+                Sampling::Adaptive => 2,
+            },
             max_bounces: settings.max_bounces,
             strategy: match settings.strategy {
                 Strategy::Mis => 0,
@@ -134,6 +143,9 @@ impl FrameSource {
             },
             frame_index: settings.frame,
             seed: settings.seed,
+            pad_0: 0,
+            pad_1: 0,
+            pad_2: 0,
             offset_floor: 0.1 * self.radius,
         };
         (uniform, texels)
@@ -285,8 +297,12 @@ mod tests {
             strategy,
             frame_index,
             seed,
-            offset_floor,
+            sampling,
             jitter_px,
+            pad_0,
+            pad_1,
+            pad_2,
+            offset_floor,
             view_from_world,
             prev_view_from_world,
             projection,

@@ -1,7 +1,7 @@
 //! A path tracer in compute shaders: what the denoiser is fed with, and the converged truth it is measured by.
 //!
-//! A frame is three passes: `visibility` finds what each pixel sees and how it moved, `surface` writes how that
-//! looks, `trace` follows paths from there. All samples of a pixel share one primary hit at the pixel's centre
+//! A frame is four passes: `visibility` finds what each pixel sees and how it moved, `surface` writes how that
+//! looks, `plan` lists the pixels that get samples, `trace` follows paths from there. All samples of a pixel share one primary hit at the pixel's centre
 //! (plus the camera's jitter), in frames and references alike, so that a reference is what a frame converges to.
 
 mod frame_data;
@@ -38,10 +38,25 @@ pub enum Strategy {
     BsdfOnly,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Which pixels get the samples. Those that get none cost nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Sampling {
+    /// All pixels alike; fewer than one sample a pixel are spread evenly over neighbours and frames
+    #[default]
+    Uniform,
+    /// Every other pixel in turn, twice as many
+    Checkerboard,
+    /// Where the denoiser expects them to help most
+    // Takes `GBuffer::sample_map` as it is, whatever `TraceSettings::spp` says.
+    Adaptive,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TraceSettings {
-    /// Samples per pixel, 1 and up.
-    pub spp: u32,
+    /// Samples per pixel, in the mean; above 0. The sky gets one at least.
+    pub spp: f32,
+    pub sampling: Sampling,
     /// Another seed is another, independent run.
     pub seed: u32,
     /// Index of the frame; each has its own random numbers.
@@ -53,7 +68,14 @@ pub struct TraceSettings {
 
 impl Default for TraceSettings {
     fn default() -> Self {
-        Self { spp: 1, seed: 0, frame: 0, max_bounces: 5, strategy: Strategy::Mis }
+        Self {
+            spp: 1.0,
+            sampling: Sampling::default(),
+            seed: 0,
+            frame: 0,
+            max_bounces: 5,
+            strategy: Strategy::Mis,
+        }
     }
 }
 
@@ -81,6 +103,8 @@ pub struct Tracer {
 #[derive(Debug, Clone)]
 struct Scratch {
     hits: wgpu::TextureView,
+    listed: wgpu::Buffer,
+    work: wgpu::Buffer,
     /// What a reference traces into and throws away.
     images: Option<std::sync::Arc<GBuffer>>,
     size: [u32; 2],
@@ -151,11 +175,12 @@ impl Tracer {
             usage: wgpu::BufferUsages::UNIFORM,
         });
         let scratch = self.scratch(gpu, size, false);
-        let target = Target { uniform: &uniform, hits: &scratch.hits, out };
+        let Scratch { hits, listed, work, .. } = &scratch;
+        let target = Target { uniform: &uniform, hits, listed, work, out };
         self.passes.encode(gpu, encoder, &self.scene_bindings, &target, timestamps);
     }
 
-    /// Adds `settings.spp` samples per pixel to a reference. Each call needs its own `settings.frame`. Keep the
+    /// Adds `settings.spp` samples per pixel, a whole number, to a reference. Each call needs its own `settings.frame`. Keep the
     /// samples of one submit few: drivers end dispatches that take seconds.
     pub fn accumulate_reference(
         &self,
@@ -168,7 +193,7 @@ impl Tracer {
         let scratch = self.scratch(gpu, accumulation.size(), true);
         if let Some(images) = &scratch.images {
             self.encode(gpu, encoder, view, settings, images);
-            accumulation.add(gpu, encoder, &self.passes, &images.radiance, settings.spp.max(1));
+            accumulation.add(gpu, encoder, &self.passes, &images.radiance, settings.spp as u32);
         }
     }
 
@@ -196,7 +221,22 @@ impl Tracer {
             let mut descriptor = texture_descriptor("hits", size[0], size[1]);
             descriptor.usage |= wgpu::TextureUsages::STORAGE_BINDING;
             let hits = gpu.device.create_texture(&descriptor).create_view(&Default::default());
-            Scratch { hits, images: None, size }
+            let buffer = |label, words: u32, usage| {
+                gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some(label),
+                    size: 4 * u64::from(words),
+                    usage: wgpu::BufferUsages::STORAGE | usage,
+                    mapped_at_creation: false,
+                })
+            };
+            let arguments = wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST;
+            Scratch {
+                hits,
+                listed: buffer("listed", size[0] * size[1], wgpu::BufferUsages::empty()),
+                work: buffer("work", 4, arguments),
+                images: None,
+                size,
+            }
         });
         if with_images && scratch.images.is_none() {
             scratch.images = Some(GBuffer::new(&gpu.device, size[0], size[1]).into());

@@ -23,6 +23,8 @@ pub(super) struct SceneViews {
 pub(super) struct Target<'a> {
     pub uniform: &'a wgpu::Buffer,
     pub hits: &'a wgpu::TextureView,
+    pub listed: &'a wgpu::Buffer,
+    pub work: &'a wgpu::Buffer,
     pub out: &'a GBuffer,
 }
 
@@ -32,6 +34,7 @@ pub(super) struct Passes {
     frame_layout: wgpu::BindGroupLayout,
     visibility: Pass,
     surface: Pass,
+    plan: Pass,
     trace: Pass,
     accumulate: Pass,
 }
@@ -41,7 +44,7 @@ const WORKGROUP: u32 = 8;
 
 impl Passes {
     pub fn new(device: &wgpu::Device) -> Result<Self> {
-        use Binding::{ImageArray, Sampler, Store, Texels, Uniform};
+        use Binding::{Buffer, BufferMut, ImageArray, Integers, Sampler, Store, Texels, Uniform};
         let scene_layout = layout(
             device,
             "scene",
@@ -62,7 +65,11 @@ impl Passes {
                 &[Store(Rgba32Float), Store(R32Float), Store(Rgba16Float), Store(R32Uint)],
             )?,
             surface: pass("surface", &[Texels, Store(Rgba16Float), Store(Rgba16Float), Store(Rgba16Float)])?,
-            trace: pass("trace", &[Texels, Store(Rgba32Float), Store(R32Uint)])?,
+            plan: pass(
+                "plan",
+                &[Texels, Integers, Store(Rgba32Float), Store(R32Uint), BufferMut, BufferMut],
+            )?,
+            trace: pass("trace", &[Texels, Store(Rgba32Float), Integers, Buffer, Buffer])?,
             accumulate: pass("accumulate", &[Texels, Texels, Store(Rgba32Float), Uniform])?,
             scene_layout,
             frame_layout,
@@ -102,26 +109,40 @@ impl Passes {
         target: &Target<'_>,
         timestamps: Option<quell::Timestamps<'_>>,
     ) {
-        let Target { uniform, hits, out } = *target;
+        let Target { uniform, hits, listed, work, out } = *target;
+        encoder.clear_buffer(work, 0, None);
         let frame = bind(&gpu.device, "frame", &self.frame_layout, &[uniform.as_entire_binding()]);
-        let frames = [
-            (&self.visibility, vec![hits, &out.depth, &out.motion, &out.surface_id]),
-            (&self.surface, vec![hits, &out.albedo, &out.normal_roughness, &out.emission]),
-            (&self.trace, vec![hits, &out.radiance, &out.sample_count]),
+        let image = wgpu::BindingResource::TextureView;
+        let (list, counts) = (listed.as_entire_binding(), work.as_entire_binding());
+        let visibility = [hits, &out.depth, &out.motion, &out.surface_id].map(image);
+        let surface = [hits, &out.albedo, &out.normal_roughness, &out.emission].map(image);
+        let [hits, radiance, sample_count] = [hits, &out.radiance, &out.sample_count].map(image);
+        let plan = [
+            hits.clone(),
+            image(&out.sample_map),
+            radiance.clone(),
+            sample_count.clone(),
+            list.clone(),
+            counts.clone(),
         ];
-        let last = frames.len() - 1;
-        for (i, (pass, views)) in frames.into_iter().enumerate() {
-            let resources: Vec<_> = views.into_iter().map(wgpu::BindingResource::TextureView).collect();
-            let images = pass.bind(&gpu.device, &resources);
-            let times = timestamps.map(|t| wgpu::ComputePassTimestampWrites {
+        let trace = [hits, radiance, sample_count, list, counts];
+        let [begin, end] = [true, false].map(|is_begin| {
+            timestamps.map(|t| wgpu::ComputePassTimestampWrites {
                 query_set: t.query_set,
-                beginning_of_pass_write_index: (i == 0).then_some(t.first_query),
-                end_of_pass_write_index: (i == last).then_some(t.first_query + 1),
-            });
-            // A pass in the middle has nothing to write, which is not allowed as timestamp writes.
-            let times = times.filter(|_| i == 0 || i == last);
-            pass.dispatch(encoder, &[scene, &frame, &images], [out.width, out.height], times);
-        }
+                beginning_of_pass_write_index: is_begin.then_some(t.first_query),
+                end_of_pass_write_index: (!is_begin).then_some(t.first_query + 1),
+            })
+        });
+        let size = [out.width, out.height];
+        let mut run = |pass: &Pass, resources: &[wgpu::BindingResource<'_>], times| {
+            let own = pass.bind(&gpu.device, resources);
+            pass.dispatch(encoder, &[scene, &frame, &own], size, times);
+        };
+        run(&self.visibility, &visibility, begin);
+        run(&self.surface, &surface, None);
+        run(&self.plan, &plan, None);
+        let own = self.trace.bind(&gpu.device, &trace);
+        self.trace.dispatch_indirect(encoder, &[scene, &frame, &own], work, end);
     }
 
     /// Records the mean of what `prev_mean` holds and of `spp` more samples, or of these alone.

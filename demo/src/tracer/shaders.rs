@@ -3,7 +3,7 @@
 use crate::compute::{join_wgsl, wgsl_files};
 
 /// Every pass, by the name of its file, its entry point and its label.
-const PASSES: [(&str, &str); 4] = wgsl_files!["", "visibility", "surface", "trace", "accumulate"];
+const PASSES: [(&str, &str); 5] = wgsl_files!["", "visibility", "surface", "plan", "trace", "accumulate"];
 
 const INCLUDES: [(&str, &str); 9] = wgsl_files![
     "",

@@ -34,7 +34,7 @@ fn converge(
         tracer.accumulate_reference(&GPU, &mut encoder, &still(pose, size, 0.0), &settings, &reference);
         GPU.queue.submit([encoder.finish()]);
     }
-    assert_eq!(reference.samples(), frames * settings.spp);
+    assert_eq!(reference.samples(), frames * settings.spp as u32);
     reference.resolve(&GPU).expect("the reference reads back")
 }
 
@@ -78,7 +78,7 @@ fn furnace(material: Material, vertical_fov: f32) -> Vec<f32> {
     let ball = MeshBuilder::new(1.0).sphere(Vec3::ZERO, 1.0, 48).build("ball", material);
     scene.add(ball, Node::still(Trs::IDENTITY));
     let pose = look_at(vec3(0.0, 0.3, 3.0), Vec3::ZERO, vertical_fov);
-    let image = converge(&scene, &pose, 32, &TraceSettings { spp: 32, ..Default::default() }, 2);
+    let image = converge(&scene, &pose, 32, &TraceSettings { spp: 32.0, ..Default::default() }, 2);
     image.into_iter().map(|p| p[1]).collect()
 }
 
@@ -121,7 +121,7 @@ fn roughest_metal_keeps_what_the_integral_says() {
 fn strategies_agree() {
     let (scene, pose) = lit_box();
     let settings =
-        |strategy, seed| TraceSettings { spp: 16, seed, strategy, max_bounces: 3, ..Default::default() };
+        |strategy, seed| TraceSettings { spp: 16.0, seed, strategy, max_bounces: 3, ..Default::default() };
     let [mis, lights, bsdf] =
         [(Strategy::Mis, 1), (Strategy::LightsOnly, 2), (Strategy::BsdfOnly, 3)].map(|(s, seed)| {
             let image = converge(&scene, &pose, 32, &settings(s, seed), 8);
@@ -150,7 +150,7 @@ fn sun_lights_a_floor_by_its_irradiance() {
     let direction = vec3(0.0, 0.8, 0.6);
     scene.sun = Some(Sun { direction, irradiance: Vec3::splat(4.0), angular_radius: 0.01 });
     let pose = look_at(vec3(0.0, 3.0, 0.5), Vec3::ZERO, 0.5);
-    let image = converge(&scene, &pose, 16, &TraceSettings { spp: 8, ..Default::default() }, 1);
+    let image = converge(&scene, &pose, 16, &TraceSettings { spp: 8.0, ..Default::default() }, 1);
     let (mean, _) = mean_and_error(&image.iter().map(|p| p[0]).collect::<Vec<_>>());
     let expected = 4.0 * 0.8 * 0.5 / std::f32::consts::PI;
     assert!((mean - expected).abs() < 0.005 * expected, "{mean} instead of {expected}");
@@ -236,7 +236,8 @@ fn a_miss_and_a_hit_hold_what_the_denoiser_expects() {
     let mut scene = moving_scene();
     scene.sky = Sky::constant(vec3(0.25, 0.5, 0.75));
     let pose = look_at(vec3(0.0, 1.0, 3.0), vec3(0.0, 0.8, 0.0), 0.9);
-    let out = trace(&scene, &still(&pose, SIZE, 0.0), &TraceSettings { spp: 3, ..Default::default() }, SIZE);
+    let out =
+        trace(&scene, &still(&pose, SIZE, 0.0), &TraceSettings { spp: 3.0, ..Default::default() }, SIZE);
     let ids = read::<u32>(&out.surface_id);
     let albedo = read::<[u16; 4]>(&out.albedo);
     let normal = read::<[u16; 4]>(&out.normal_roughness);

@@ -66,7 +66,7 @@ fn relight(
 ) -> Relit {
     let mean = rgb(&old);
     let before = luminance(mean);
-    let unlit = Relit { mean, count: old[3], noise, samples: old[3].min(32.0), most: f64::INFINITY };
+    let unlit = Relit { mean, count: old[3], noise, samples: old[3], most: f64::INFINITY };
     if surface.is_miss() || old[3] <= 0.0 {
         return unlit;
     }
@@ -216,7 +216,7 @@ fn check(innovation: bool, firefly_limit: f32, index: u32) -> (usize, usize) {
         let ([r, g, b], k) = (relit.mean, signal[i][3]);
         moved += usize::from(relit.mean != rgb(&old[i]));
         if k == 0.0 {
-            expected.push([r, g, b, relit.count.min(32.0)]);
+            expected.push([r, g, b, joined_count(relit.count, 0.0)]);
             expected_noise.push(relit.noise);
             continue;
         }
@@ -224,7 +224,7 @@ fn check(innovation: bool, firefly_limit: f32, index: u32) -> (usize, usize) {
         let share = if uncut > relit.most { relit.most / uncut } else { 1.0 };
         cut += usize::from(share < 1.0);
         let sample = rgb(&signal[i]).map(|c| c * share);
-        let n = relit.count.min((32.0 - k).max(0.0)) + k;
+        let n = joined_count(relit.count, k);
         let alpha = k / n;
         let mean: Vec<f64> = (0..3).map(|c| relit.mean[c] + alpha * (sample[c] - relit.mean[c])).collect();
         expected.push([mean[0], mean[1], mean[2], n]);
@@ -265,6 +265,11 @@ fn check(innovation: bool, firefly_limit: f32, index: u32) -> (usize, usize) {
     expected.iter_mut().for_each(|h| h[3] += 1.0);
     assert!(mismatches(found.as_flattened(), expected.as_flattened(), step, 1e-6) > 0.2);
     (cut, moved)
+}
+
+/// History keeps 32 samples whole, and of more a 32nd less in each frame.
+fn joined_count(old: f64, k: f64) -> f64 {
+    if old + k <= 32.0 { old + k } else { (old - old / 32.0 + k).max(32.0) }
 }
 
 #[test]

@@ -48,7 +48,8 @@ fn matches_its_twin_on_random_images() {
     };
     let albedo = half_texels(&frame.albedo);
     let emission = half_texels(&vec![[0.25, 0.5, 0.0, 0.0]; surfaces.len()]);
-    let (output, mix_weight) = (blank(SIZE, Format::Rgba16Float), blank(SIZE, Format::R32Uint));
+    let output = blank(SIZE, Format::Rgba16Float);
+    let [error, mix_weight] = [(); 2].map(|()| blank(SIZE, Format::R32Uint));
     let pass = Compose::new(&gpu().device);
     let views = ComposeViews {
         guide: &upload(SIZE, Format::Rg32Uint, &words),
@@ -58,15 +59,18 @@ fn matches_its_twin_on_random_images() {
         albedo: &upload(SIZE, Format::Rgba16Float, &albedo),
         emission: &upload(SIZE, Format::Rgba16Float, &emission),
         output: &output,
+        error: &error,
         mix_weight: &mix_weight,
     };
-    // The mix weight is another image's memory unless it is shown.
-    u.flags &= !flags::SHOW_MIX;
+    // Mix weight and error are other images' memory unless somebody asks for them.
+    u.flags &= !(flags::SHOW_MIX | flags::ERROR);
     run(&u, |recorder| pass.record(recorder, &views, SIZE));
-    assert!(download::<u32>(&mix_weight).iter().all(|&word| word == 0));
-    u.flags |= flags::SHOW_MIX;
+    assert!([&mix_weight, &error].iter().all(|image| download::<u32>(image).iter().all(|&word| word == 0)));
+    u.flags |= flags::SHOW_MIX | flags::ERROR;
     run(&u, |recorder| pass.record(recorder, &views, SIZE));
     let found = wide(&download(&output));
+    let found_error: Vec<[f64; 2]> =
+        download::<[half::f16; 2]>(&error).into_iter().map(|parts| parts.map(|part| part.to_f64())).collect();
     let found_share: Vec<f64> = download::<f32>(&mix_weight).into_iter().map(f64::from).collect();
 
     let (history, albedo) = (wide(&history), wide(&albedo));
@@ -93,12 +97,13 @@ fn matches_its_twin_on_random_images() {
     let mean = |taps: &[usize], value: &dyn Fn(usize) -> f64| {
         taps.iter().map(|&t| value(t)).sum::<f64>() / taps.len().max(1) as f64
     };
-    let (mut expected, mut expected_share) = (vec![], vec![]);
+    let (mut expected, mut expected_share, mut expected_error) = (vec![], vec![], vec![]);
     for i in 0..surfaces.len() {
         if surfaces[i].is_miss() {
             // The history holds its radiance.
             expected.push([history[i][0], history[i][1], history[i][2], 1.0]);
             expected_share.push(1.0);
+            expected_error.push([0.0, luminance(rgb(&history[i]))]);
             continue;
         }
         let pool = around(i, 2);
@@ -124,15 +129,33 @@ fn matches_its_twin_on_random_images() {
             let filtered = prediction[i].signal[c] + share * (history[i][c] - prediction[i].signal[c]);
             filtered * albedo[i][c].max(0.02) + [0.25, 0.5, 0.0][c]
         });
+        // Of the mean's variance the share is left, and what twelve coefficients hold of it that 320 pixels were fitted to.
+        let square = if counts(i) {
+            variance / pool.len() as f64 * (share + (1.0 - share) * 12.0 / 320.0)
+        } else if prediction[i].is_known() {
+            prediction[i].relative_noise.max(1.0) * luminance(prediction[i].signal).powi(2) * 12.0 / 320.0
+        } else {
+            luminance(rgb(&history[i])).powi(2)
+        };
+        let reflectance = std::array::from_fn(|c| albedo[i][c].max(0.02));
         expected.push([colour[0], colour[1], colour[2], 1.0]);
         expected_share.push(share);
+        expected_error.push([square.sqrt() * luminance(reflectance), luminance(colour)]);
     }
     let mixed = expected_share.iter().filter(|&&s| s > 0.1 && s < 0.9).count();
     assert!(mixed > 100, "the test shows too few mixed pixels: {mixed}");
     // A neighbour on the threshold of a surface test may fall to either side; the output rounds to half floats.
     assert!(mismatches(&found_share, &expected_share, 1e-3, 1e-3) <= 0.005);
     assert!(mismatches(found.as_flattened(), expected.as_flattened(), 2.0_f64.powi(-9), 2e-3) <= 0.005);
-    // The comparator notices an output without its emission.
+    assert!(
+        mismatches(found_error.as_flattened(), expected_error.as_flattened(), 2.0_f64.powi(-9), 2e-3)
+            <= 0.005
+    );
+    // The comparator notices errors of the irradiance instead of the radiance, and an output without its emission.
+    expected_error.iter_mut().zip(&albedo).for_each(|(e, albedo)| e[0] /= albedo[0].max(0.02));
+    assert!(
+        mismatches(found_error.as_flattened(), expected_error.as_flattened(), 2.0_f64.powi(-9), 2e-3) > 0.2
+    );
     expected.iter_mut().for_each(|p| p[1] -= 0.5);
     assert!(mismatches(found.as_flattened(), expected.as_flattened(), 2.0_f64.powi(-9), 2e-3) > 0.2);
 }

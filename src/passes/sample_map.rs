@@ -1,0 +1,70 @@
+//! Shares out the samples of the next frame. See `shaders/sample_gains.wgsl`, `shaders/sample_rate.wgsl` and
+//! `shaders/sample_map.wgsl`.
+
+use super::{sample_gains, sample_rate};
+use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder};
+use wgpu::{BindingResource, Buffer, TextureFormat, TextureView};
+
+/// What shares out the samples.
+pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
+    name: "sample_map",
+    source: include_str!("../../shaders/sample_map.wgsl"),
+    bindings: &[
+        ("frame", Kind::Frame),
+        ("guide", Kind::TextureUint),
+        ("motion", Kind::Texture),
+        ("history", Kind::Texture),
+        ("error", Kind::TextureUint),
+        ("gains", Kind::Buffer),
+        ("samples", Kind::Storage(TextureFormat::R32Uint)),
+    ],
+    workgroup: [8, 8],
+    covers: [8, 8],
+};
+
+/// What the pass reads and writes; named as in the WGSL. `gains` is 0 before it.
+#[derive(Debug, Clone, Copy)]
+#[expect(missing_docs, reason = "documented once, at the head of the WGSL")]
+pub struct SampleMapViews<'a> {
+    pub guide: &'a TextureView,
+    pub motion: &'a TextureView,
+    pub history: &'a TextureView,
+    pub error: &'a TextureView,
+    pub gains: &'a Buffer,
+    pub samples: &'a TextureView,
+}
+
+/// The pass: counts gains, finds what they are worth, writes the map.
+#[derive(Debug)]
+pub struct SampleMap {
+    count: Kernel,
+    rate: Kernel,
+    share: Kernel,
+}
+
+impl SampleMap {
+    /// Compiles the pass.
+    pub fn new(device: &wgpu::Device) -> Self {
+        Self {
+            count: Kernel::new(device, &sample_gains::DESCRIPTOR),
+            rate: Kernel::new(device, &sample_rate::DESCRIPTOR),
+            share: Kernel::new(device, &DESCRIPTOR),
+        }
+    }
+
+    /// Records the pass over `extent` pixels.
+    pub fn record(&self, recorder: &mut Recorder<'_>, views: &SampleMapViews<'_>, extent: [u32; 2]) {
+        let read = [views.guide, views.motion, views.history, views.error].map(BindingResource::TextureView);
+        let gains = views.gains.as_entire_binding();
+        let counted = [read.as_slice(), &[gains.clone()]].concat();
+        let shared =
+            [read.as_slice(), &[gains.clone(), BindingResource::TextureView(views.samples)]].concat();
+        let count = self.count.bind(recorder, &counted);
+        let rate = self.rate.bind(recorder, &[gains]);
+        let share = self.share.bind(recorder, &shared);
+        let mut pass = recorder.begin_pass(DESCRIPTOR.name);
+        self.count.dispatch(&mut pass, &count, extent);
+        self.rate.dispatch(&mut pass, &rate, [1, 1]);
+        self.share.dispatch(&mut pass, &share, extent);
+    }
+}
