@@ -7,6 +7,7 @@ use crate::record::{RecordOptions, record};
 use crate::render::{METHODS, RenderOptions, render};
 use crate::replay::{ReplayOptions, replay};
 use crate::report::ReportArgs;
+use crate::sampling::{SamplingArgs, sampling};
 use crate::settings_args::SettingsArgs;
 use crate::study::{Rect, StudyOptions, study};
 use crate::tracer::Sampling;
@@ -53,6 +54,11 @@ pub enum Command {
     ///
     /// Writes `study.html`, which needs no other file, its numbers as `study.json`, and its pictures.
     Study(StudyArgs),
+    /// Compare ways to place samples: uniform, checkerboard, adaptive
+    ///
+    /// Denoises the walk of a capture that has references, at each number of samples in each way. Writes `sampling.md`,
+    /// `sampling.json`, and the last frame of each with the samples it asks for.
+    Sampling(SamplingArgs),
     /// Time every method, frame by frame in turns, and list its memory
     ///
     /// Writes `bench.json` and the tables as `bench.md`.
@@ -224,6 +230,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Report(args)) => say(&args.run()?),
         Some(Command::Study(args)) => run_study(args),
         Some(Command::Bench(args)) => run_bench(args),
+        Some(Command::Sampling(args)) => run_sampling(args),
     }
 }
 
@@ -327,6 +334,12 @@ fn run_bench(args: BenchArgs) -> Result<()> {
     say(&format!("{}wrote {}\n", report.text(), options.out.display()))
 }
 
+fn run_sampling(args: SamplingArgs) -> Result<()> {
+    let options = args.options();
+    let report = sampling(&Gpu::new()?, &options)?;
+    say(&format!("{}wrote {}\n", report.table(), options.out.display()))
+}
+
 /// Not `print!`, which panics when the reader of a pipe has gone.
 fn say(text: &str) -> Result<()> {
     match std::io::stdout().write_all(text.as_bytes()) {
@@ -367,7 +380,7 @@ pub fn positive(text: &str) -> Result<f32, String> {
 }
 
 /// As the denoiser's sample map takes them.
-fn samples_per_pixel(text: &str) -> Result<f32, String> {
+pub fn samples_per_pixel(text: &str) -> Result<f32, String> {
     let number = text.parse::<f32>().ok().filter(|number| (1.0 / 16.0..=64.0).contains(number));
     number.ok_or_else(|| "expected samples per pixel, 0.0625 to 64".to_owned())
 }

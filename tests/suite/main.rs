@@ -5,6 +5,7 @@ mod gpu;
 mod layout;
 mod light;
 mod quality;
+mod sample_map;
 mod sequence;
 mod shaders;
 mod statistics;

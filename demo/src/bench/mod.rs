@@ -5,7 +5,6 @@ mod machine;
 mod percentiles;
 mod report;
 mod stopwatch;
-mod table;
 
 pub use args::BenchArgs;
 pub use report::BenchReport;

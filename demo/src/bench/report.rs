@@ -3,7 +3,7 @@
 use super::machine::Machine;
 use super::percentiles::Percentiles;
 use super::stopwatch::{Clock, FrameTime};
-use super::table::aligned;
+use crate::table::aligned;
 use quell::Allocation;
 use serde::Serialize;
 use std::fmt::Write;

@@ -1,10 +1,10 @@
 //! Estimated (by Mallows' Cp) and true errors of dense models with windows of each size.
 
-use super::correlation::{pearson, spearman};
 use super::denoise::StillDenoiser;
 use super::report::{ChoiceReport, Correlation, PixelReport, WindowReport};
 use super::spots::Spot;
 use super::surfaces::{Surfaces, Tiles, luminance};
+use crate::correlation::{pearson, spearman};
 use crate::image::ImageRgb;
 use crate::quality::median;
 use anyhow::Result;

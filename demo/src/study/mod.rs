@@ -3,7 +3,6 @@
 //! frames: how the error falls.
 
 mod convergence;
-mod correlation;
 mod denoise;
 mod errors;
 mod page;

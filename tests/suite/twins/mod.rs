@@ -9,6 +9,7 @@ mod packings;
 mod predict;
 mod regression;
 mod reproject;
+mod sample_map;
 mod surface;
 
 use crate::gpu::gpu;
@@ -62,7 +63,7 @@ fn guide(frame: &Frame) -> (Vec<[u32; 2]>, Vec<Surface>) {
 /// Random means with sample counts (one in ten without history), as half floats hold them.
 fn random_history(random: &mut StdRng, pixels: usize) -> Vec<[half::f16; 4]> {
     let texel = |random: &mut StdRng| {
-        let count = if random.random_bool(0.1) { 0.0 } else { random.random_range(1.0..32.0_f32) };
+        let count = if random.random_bool(0.1) { 0.0 } else { random.random_range(1.0..80.0_f32) };
         let colour = random.random_range(0.0..4.0_f32);
         [colour, colour * 0.7, colour * random.random::<f32>(), count].map(half::f16::from_f32)
     };
