@@ -9,6 +9,7 @@ use crate::replay::{ReplayOptions, replay};
 use crate::report::ReportArgs;
 use crate::sampling::{SamplingArgs, sampling};
 use crate::settings_args::SettingsArgs;
+use crate::still::{StillArgs, still};
 use crate::study::{Rect, StudyOptions, study};
 use crate::tracer::Sampling;
 use crate::walk::{References, WalkOptions, load_scene};
@@ -54,6 +55,11 @@ pub enum Command {
     ///
     /// Writes `study.html`, which needs no other file, its numbers as `study.json`, and its pictures.
     Study(StudyArgs),
+    /// Render one image in rounds, with samples where the denoiser expects them to help most
+    ///
+    /// Writes `still.png`, `still.exr`, `samples.png`, `expected_error.png` and `still.json`; with `--reference` also
+    /// `reference.png`, `uniform.png` and `error.svg`, which compare with uniform sampling.
+    Still(StillArgs),
     /// Compare ways to place samples: uniform, checkerboard, adaptive
     ///
     /// Denoises the walk of a capture that has references, at each number of samples in each way. Writes `sampling.md`,
@@ -231,6 +237,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Study(args)) => run_study(args),
         Some(Command::Bench(args)) => run_bench(args),
         Some(Command::Sampling(args)) => run_sampling(args),
+        Some(Command::Still(args)) => run_still(args),
     }
 }
 
@@ -332,6 +339,12 @@ fn run_bench(args: BenchArgs) -> Result<()> {
     let options = args.options();
     let report = bench(&Gpu::new()?, &options)?;
     say(&format!("{}wrote {}\n", report.text(), options.out.display()))
+}
+
+fn run_still(args: StillArgs) -> Result<()> {
+    let options = args.options();
+    let report = still(&Gpu::new()?, &options)?;
+    say(&format!("{}wrote {}\n", report.summary(), options.out.display()))
 }
 
 fn run_sampling(args: SamplingArgs) -> Result<()> {

@@ -25,6 +25,7 @@ pub mod scene;
 pub mod settings_args;
 #[cfg(test)]
 mod shader_check;
+pub mod still;
 pub mod study;
 pub mod table;
 pub mod tracer;

@@ -1,6 +1,7 @@
 //! The path tracer against what is known without it.
 
 mod gltf_files;
+mod sampling;
 mod scenes;
 mod shaders;
 

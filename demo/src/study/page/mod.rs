@@ -2,11 +2,12 @@
 
 mod convergence;
 
-use super::plot::{LogRange, curves, histogram};
+use super::plot::{curves, histogram};
 use super::report::{ChoiceReport, Correlation, Rect, StudyReport, VariantReport, WindowReport};
 use super::surfaces::TILE;
 use crate::html::{escape, fill, png_source};
 use crate::metrics::FrameMetrics;
+use crate::plot::LogRange;
 use anyhow::{Context, Result};
 use std::fmt::Write;
 use std::path::Path;
