@@ -5,7 +5,7 @@ use crate::gpu::Gpu;
 use crate::gpu_timer::GpuTimer;
 use crate::method::{Method, MethodFrame, MethodRunner, output_image};
 use crate::scene::Scene;
-use crate::tracer::{FrameView, ReferenceImage, TraceSettings, Tracer, camera_of};
+use crate::tracer::{FrameView, ReferenceImage, Sampling, TraceSettings, Tracer, camera_of};
 use crate::window::{FrameImages, FrameRequest, FrameSource, ViewMode};
 use anyhow::Result;
 use quell::Camera;
@@ -33,6 +33,8 @@ struct Targets {
     /// Whether `rival` saw the previous frame.
     rival_followed: bool,
     debug: wgpu::TextureView,
+    /// Whether quell was asked for samples in the previous frame.
+    sample_map_is_new: bool,
     reference: ReferenceImage,
     /// What `reference` shows.
     reference_view: Option<(Camera, f32)>,
@@ -76,6 +78,7 @@ impl Walkthrough {
             rival: None,
             rival_followed: false,
             debug: output_image(&gpu.device, width, height),
+            sample_map_is_new: false,
             reference: ReferenceImage::new(&gpu.device, width, height),
             reference_view: None,
         })
@@ -96,8 +99,12 @@ impl FrameSource for Walkthrough {
         let mut camera = camera_of(&self.scene.camera(self.time_s), size[0], size[1]);
         camera.view_from_world = request.free_view.unwrap_or(camera.view_from_world);
         let view = FrameView { camera, time_s: self.time_s, previous: self.previous };
+        let (spp, sampling) = (request.view.spp, request.view.sampling);
+        let is_adaptive = sampling == Sampling::Adaptive;
         let settings = TraceSettings {
-            spp: request.view.spp as f32,
+            spp,
+            // Uniform where nobody has asked for anything yet.
+            sampling: if is_adaptive && !targets.sample_map_is_new { Sampling::Uniform } else { sampling },
             seed: self.seed,
             frame: self.frame,
             ..TraceSettings::default()
@@ -110,7 +117,9 @@ impl FrameSource for Walkthrough {
         let debug = request.view.debug.map(|debug| (debug, &targets.debug));
         let timestamps = timer.reserve(targets.quell.passes());
         let frame = MethodFrame::new(&targets.gbuffer, camera, restart, denoiser_settings);
-        targets.quell.encode(gpu, encoder, &MethodFrame { debug, timestamps, ..frame })?;
+        let sample_budget = is_adaptive.then_some(spp);
+        targets.quell.encode(gpu, encoder, &MethodFrame { debug, sample_budget, timestamps, ..frame })?;
+        targets.sample_map_is_new = is_adaptive;
         let shows_rival = request.view.shows(ViewMode::Rival);
         if shows_rival {
             let chosen = request.view.rival;
@@ -132,7 +141,8 @@ impl FrameSource for Walkthrough {
                 targets.reference.clear();
                 targets.reference_view = shown;
             }
-            let settings = TraceSettings { seed: !self.seed, ..settings };
+            let settings =
+                TraceSettings { seed: !self.seed, spp: 1.0, sampling: Sampling::Uniform, ..settings };
             self.tracer.accumulate_reference(gpu, encoder, &view, &settings, &targets.reference);
         }
         let images = FrameImages {

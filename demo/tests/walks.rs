@@ -160,7 +160,7 @@ fn wrong_numbers_are_explained() {
         (["--frames", "0"], ["0", "--frames", "1..=100000"]),
         (["--fps", "0"], ["0", "--fps", "above 0"]),
         (["--start", "nan"], ["nan", "--start", "finite"]),
-        (["--spp", "0"], ["0", "--spp", "1..=1024"]),
+        (["--spp", "0"], ["0", "--spp", "0.0625 to 64"]),
         (["--reference-frames", "1"], ["--reference <SPP>", "required", "not provided"]),
     ] {
         for what in ["render", "record"] {

@@ -7,11 +7,12 @@ pub use args::SamplingArgs;
 use crate::capture::CaptureReader;
 use crate::correlation::spearman;
 use crate::gpu::Gpu;
-use crate::image::ImageRgb;
+use crate::image::{ImageRgb, write_png_rgb8};
 use crate::method::{Method, MethodFrame, MethodRunner, output_image};
 use crate::metrics::{FrameMetrics, compare, temporal_psnr};
 use crate::quality::{MeanReport, write_json};
 use crate::render::progress_bar;
+use crate::still::shades;
 use crate::table::aligned;
 use crate::tracer::Sampling;
 use crate::walk::{Walk, WalkOptions};
@@ -264,12 +265,8 @@ impl<'a> Run<'a> {
             let gbuffer = self.walk.gbuffer();
             let samples = self.gpu.read_texture(gbuffer.sample_map.texture())?;
             let samples: Vec<u32> = bytemuck::pod_collect_to_vec(&samples);
-            let map = ImageRgb {
-                width: gbuffer.width,
-                height: gbuffer.height,
-                pixels: samples.into_iter().map(|count| [count as f32 / 4.0; 3]).collect(),
-            };
-            map.write_png(&out.join(format!("{name}_map.png")))?;
+            let path = out.join(format!("{name}_map.png"));
+            write_png_rgb8(&path, gbuffer.width, gbuffer.height, &shades(&samples))?;
         }
         Ok(())
     }

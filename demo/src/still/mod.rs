@@ -13,7 +13,7 @@ pub use curve::{Curve, equal_error_ratio};
 pub use rounds::{Round, Stop};
 
 use crate::gpu::Gpu;
-use crate::image::ImageRgb;
+use crate::image::write_png_rgb8;
 use crate::quality::write_json;
 use crate::render::progress_bar;
 use crate::tracer::Sampling;
@@ -105,7 +105,7 @@ pub fn still(gpu: &Gpu, options: &StillOptions) -> Result<StillReport> {
         rounds.render(sampling, &budget)?;
     image.write_png(&options.out.join("still.png"))?;
     image.write_exr(&options.out.join("still.exr"))?;
-    shades(&samples, width, height).write_png(&options.out.join("samples.png"))?;
+    write_png_rgb8(&options.out.join("samples.png"), width, height, &shades(&samples))?;
     expected_error.write_png(&options.out.join("expected_error.png"))?;
 
     let mut uniform = None;
@@ -144,11 +144,9 @@ pub fn still(gpu: &Gpu, options: &StillOptions) -> Result<StillReport> {
 }
 
 /// Counts as shades of grey, white where most.
-fn shades(counts: &[u32], width: u32, height: u32) -> ImageRgb {
+pub(crate) fn shades(counts: &[u32]) -> Vec<u8> {
     let most = counts.iter().copied().max().unwrap_or(0).max(1);
-    // As linear values are shown: white is 16, which is all but saturated.
-    let pixels = counts.iter().map(|&count| [16.0 * (count as f32 / most as f32).powi(2); 3]).collect();
-    ImageRgb { width, height, pixels }
+    counts.iter().flat_map(|&count| [(255 * count / most) as u8; 3]).collect()
 }
 
 impl StillReport {

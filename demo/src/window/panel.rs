@@ -1,6 +1,7 @@
 //! The side panel: what is shown, the denoiser's settings, times.
 
 use super::view_state::{RIVALS, ViewMode, ViewState, rival_name};
+use crate::tracer::Sampling;
 use egui::{Color32, ComboBox, Pos2, Rect, Sense, Slider, Stroke, Ui, Vec2};
 use quell::{Centres, DebugView, Windows};
 use std::collections::VecDeque;
@@ -99,7 +100,13 @@ fn time_controls(ui: &mut Ui, view: &mut ViewState) {
         }
     });
     ui.toggle_value(&mut view.free_flight, "Free flight");
-    ui.add(Slider::new(&mut view.spp, 1..=16).text("Samples per pixel"));
+    ui.add(Slider::new(&mut view.spp, 0.25..=16.0).logarithmic(true).text("Samples per pixel"));
+    const SAMPLING: [(Sampling, &str); 3] = [
+        (Sampling::Uniform, "uniform"),
+        (Sampling::Checkerboard, "checkerboard"),
+        (Sampling::Adaptive, "adaptive"),
+    ];
+    choice(ui, "Sampling", &mut view.sampling, &SAMPLING);
 }
 
 fn denoiser_controls(ui: &mut Ui, view: &mut ViewState) {

@@ -1,6 +1,7 @@
 //! What the window shows, and what its user has set.
 
 use crate::method::Method;
+use crate::tracer::Sampling;
 use quell::{DebugView, Settings};
 
 /// Which image is shown.
@@ -66,8 +67,10 @@ pub struct ViewState {
     pub step: bool,
     /// Drop all history with the next frame. Cleared once it is done.
     pub restart: bool,
-    /// Samples per pixel and frame.
-    pub spp: u32,
+    /// Samples per pixel and frame, in the mean.
+    pub spp: f32,
+    /// Which pixels get them.
+    pub sampling: Sampling,
     /// Of the denoiser. `far` and `motion_scale` are the source's business.
     pub settings: Settings,
     /// Exposure in stops; 0 shows radiance as measured.
@@ -89,7 +92,8 @@ impl Default for ViewState {
             paused: false,
             step: false,
             restart: false,
-            spp: 1,
+            spp: 1.0,
+            sampling: Sampling::Uniform,
             settings: Settings::default(),
             exposure_ev: 0.0,
             free_flight: false,
