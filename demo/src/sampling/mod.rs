@@ -205,7 +205,10 @@ impl<'a> Run<'a> {
         let Self { gpu, walk, .. } = *self;
         let (settings, index) = (Settings::default(), i as u32);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        walk.trace_with(gpu, &mut encoder, index, self.spp, self.sampling);
+        // In the first frame nobody has asked for anything yet.
+        let is_blind = i == 0 && self.sampling == Sampling::Adaptive;
+        let sampling = if is_blind { Sampling::Uniform } else { self.sampling };
+        walk.trace_with(gpu, &mut encoder, index, self.spp, sampling);
         let frame = MethodFrame {
             sample_budget: (self.sampling == Sampling::Adaptive).then_some(self.spp),
             debug: Some((DebugView::OutputError, &self.debug)),
