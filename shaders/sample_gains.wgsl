@@ -1,20 +1,20 @@
 // sample_gains: counts what further samples are worth. `sample_map` then shares them out.
 //
 // Reads   guide, history, error; the caller's motion.
-// Writes  gains: histogram (include/sampling)
+// Writes  sample_histogram: of gains (include/sampling)
 // Source  Moon et al. 2015, section 4.4
 
-//!include frame numbers surface error sampling gains
+//!include frame numbers surface error sampling sample_gain
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var guide: texture_2d<u32>;
 @group(0) @binding(2) var motion: texture_2d<f32>;
 @group(0) @binding(3) var history: texture_2d<f32>;
 @group(0) @binding(4) var error: texture_2d<u32>;
-@group(0) @binding(5) var<storage, read_write> gains: array<atomic<u32>>;
+@group(0) @binding(5) var<storage, read_write> sample_histogram: array<atomic<u32>>;
 
 // Of the workgroup's pixels first: neighbours share buckets.
-var<workgroup> counts: array<atomic<u32>, GAIN_BUCKETS>;
+var<workgroup> counts: array<atomic<u32>, SAMPLE_BUCKETS>;
 
 @compute @workgroup_size(8, 8)
 fn sample_gains(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
@@ -25,10 +25,10 @@ fn sample_gains(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_inv
         }
     }
     workgroupBarrier();
-    for (var bucket = lane; bucket < GAIN_BUCKETS; bucket += 64u) {
+    for (var bucket = lane; bucket < SAMPLE_BUCKETS; bucket += 64u) {
         let count = atomicLoad(&counts[bucket]);
         if count > 0u {
-            atomicAdd(&gains[bucket], count);
+            atomicAdd(&sample_histogram[bucket], count);
         }
     }
 }

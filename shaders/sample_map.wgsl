@@ -1,17 +1,17 @@
 // sample_map: how many samples each pixel should get in the next frame, under an average.
 //
-// Reads   guide, history, error, gains; the caller's motion.
+// Reads   guide, history, error, sample_histogram; the caller's motion.
 // Writes  samples: the caller's image
 // Source  Moon et al. 2015, section 4.4; dither: Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018
 
-//!include frame numbers surface error sampling gains
+//!include frame numbers surface error sampling sample_gain
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var guide: texture_2d<u32>;
 @group(0) @binding(2) var motion: texture_2d<f32>;
 @group(0) @binding(3) var history: texture_2d<f32>;
 @group(0) @binding(4) var error: texture_2d<u32>;
-@group(0) @binding(5) var<storage, read> gains: array<u32>;
+@group(0) @binding(5) var<storage, read> sample_histogram: array<u32>;
 @group(0) @binding(6) var samples: texture_storage_2d<r32uint, write>;
 
 @compute @workgroup_size(8, 8)
@@ -25,7 +25,7 @@ fn sample_map(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(samples, id.xy, vec4(1u));
         return;
     }
-    let expected = expected_samples(bucket, bitcast<f32>(gains[GAIN_RATE]));
+    let expected = expected_samples(bucket, bitcast<f32>(sample_histogram[SAMPLE_RATE]));
     textureStore(samples, id.xy, vec4(u32(floor(expected + threshold(id.xy)))));
 }
 

@@ -2,7 +2,7 @@
 
 use crate::gpu::{FrameUniforms, Recorder, buffer, flags, image, words};
 use crate::history::History;
-use crate::layout::{GAIN_BUCKETS, LEVEL_WORDS, LEVELS};
+use crate::layout::{LEVEL_WORDS, LEVELS, SAMPLE_BUCKETS};
 use crate::passes::{
     Pipelines, accumulate::AccumulateViews, compose::ComposeViews, debug_view::DebugViewViews, fit::FitViews,
     innovation::InnovationViews, predict::PredictViews, reproject::ReprojectViews,
@@ -51,7 +51,7 @@ struct Scratch {
     /// Per level: arguments of an indirect dispatch, number of models.
     levels: Buffer,
     /// How many pixels are worth how much to sample, and what that is in samples.
-    gains: Buffer,
+    sample_histogram: Buffer,
     /// Stand in for optional inputs that did not come.
     no_float: TextureView,
     no_uint: TextureView,
@@ -148,8 +148,8 @@ impl Denoiser {
             mapped_at_creation: false,
         });
         queue.write_buffer(&frame, 0, bytemuck::bytes_of(&uniforms));
-        let Scratch { windows, coverage, levels, gains, .. } = &self.scratch;
-        for buffer in [windows, coverage, levels, gains] {
+        let Scratch { windows, coverage, levels, sample_histogram, .. } = &self.scratch;
+        for buffer in [windows, coverage, levels, sample_histogram] {
             encoder.clear_buffer(buffer, 0, None);
         }
         self.record(&mut Recorder { device, encoder, frame: &frame, timestamps: inputs.timestamps }, inputs);
@@ -165,7 +165,8 @@ impl Denoiser {
     /// The frame, pass by pass.
     fn record(&self, recorder: &mut Recorder<'_>, inputs: &FrameInputs<'_>) {
         let Scratch { signal, reprojected, reprojected_noise, moments, models, .. } = &self.scratch;
-        let Scratch { windows, coverage, centre_list, levels, gains, no_float, no_uint, .. } = &self.scratch;
+        let Scratch { windows, coverage, centre_list, levels, sample_histogram, no_float, no_uint, .. } =
+            &self.scratch;
         let (innovations, prediction, mix_weight, error) = (models, reprojected, signal, reprojected_noise);
         let History { mean: history, noise, .. } = &self.history;
         let (guide, previous_guide) = (self.history.guide(), self.history.previous_guide());
@@ -231,7 +232,7 @@ impl Denoiser {
         match inputs.sample_map {
             Some(SampleMap { view: samples, .. }) => passes.sample_map.record(
                 recorder,
-                &SampleMapViews { guide, motion, history, error, gains, samples },
+                &SampleMapViews { guide, motion, history, error, sample_histogram, samples },
                 self.size,
             ),
             None => recorder.skip_pass("sample_map"),
@@ -315,7 +316,12 @@ impl Scratch {
                 u64::from(LEVEL_WORDS) * LEVELS as u64,
                 BufferUsages::INDIRECT | BufferUsages::COPY_DST | BufferUsages::COPY_SRC,
             ),
-            gains: words(device, "quell gains", GAIN_BUCKETS + 1, BufferUsages::COPY_DST),
+            sample_histogram: words(
+                device,
+                "quell sample histogram",
+                SAMPLE_BUCKETS + 1,
+                BufferUsages::COPY_DST,
+            ),
             no_float: image(device, "quell no image", [1, 1], TextureFormat::R32Float),
             no_uint: image(device, "quell no image", [1, 1], TextureFormat::R32Uint),
         }

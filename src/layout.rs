@@ -18,8 +18,8 @@ pub const WINDOW_TILES: [u32; 4] = [0, 5, 9, 25];
 pub const WIDEST_WINDOW_PX: u32 = 40;
 /// Coverage of a tile in the middle of one model.
 pub const COVERAGE_ONE: u32 = 256;
-/// Of a histogram of what samples are worth.
-pub const GAIN_BUCKETS: u64 = 512;
+/// Of the histogram of what samples are worth.
+pub const SAMPLE_BUCKETS: u64 = 512;
 /// What the moments of the sparse models are made of.
 pub const MODELS: Columns = Columns { features: SURFACE_FEATURES + 2 };
 /// What the moments of the innovation are made of.

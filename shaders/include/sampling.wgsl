@@ -4,21 +4,21 @@
 // section 4.4
 
 // Gains are kept as buckets of their logarithm, so that their sum is known from a histogram.
-const GAIN_BUCKETS = 512u;
-const GAIN_OCTAVES = vec2(-40.0, 64.0); // the least, and how many
+const SAMPLE_BUCKETS = 512u;
+const SAMPLE_OCTAVES = vec2(-40.0, 64.0); // the least, and how many
 
-const GAIN_RATE = GAIN_BUCKETS; // the word after the histogram: samples per gain
+const SAMPLE_RATE = SAMPLE_BUCKETS; // the word after the histogram: samples per gain
 
 const EVEN_SHARE = 0.25; // of all samples goes to all pixels alike, or what changes where nothing was wrong goes unnoticed
 const MOST_SAMPLES = 8.0; // of a pixel in a frame
 
 fn bucket_of(gain: f32) -> u32 {
-    let place = (log2(max(gain, 1e-30)) - GAIN_OCTAVES.x) / GAIN_OCTAVES.y * f32(GAIN_BUCKETS);
-    return u32(clamp(place, 0.0, f32(GAIN_BUCKETS) - 1.0));
+    let place = (log2(max(gain, 1e-30)) - SAMPLE_OCTAVES.x) / SAMPLE_OCTAVES.y * f32(SAMPLE_BUCKETS);
+    return u32(clamp(place, 0.0, f32(SAMPLE_BUCKETS) - 1.0));
 }
 
 fn gain_of(bucket: u32) -> f32 {
-    return exp2((f32(bucket) + 0.5) / f32(GAIN_BUCKETS) * GAIN_OCTAVES.y + GAIN_OCTAVES.x);
+    return exp2((f32(bucket) + 0.5) / f32(SAMPLE_BUCKETS) * SAMPLE_OCTAVES.y + SAMPLE_OCTAVES.x);
 }
 
 // Samples of a pixel, of which the mean is wanted, when a gain is worth `rate`.

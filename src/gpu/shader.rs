@@ -17,7 +17,7 @@ const INCLUDES: [(&str, &str); 18] = [
     ("innovations", include_str!("../../shaders/include/innovations.wgsl")),
     ("error", include_str!("../../shaders/include/error.wgsl")),
     ("sampling", include_str!("../../shaders/include/sampling.wgsl")),
-    ("gains", include_str!("../../shaders/include/gains.wgsl")),
+    ("sample_gain", include_str!("../../shaders/include/sample_gain.wgsl")),
     ("ridge", include_str!("../../shaders/include/ridge.wgsl")),
 ];
 

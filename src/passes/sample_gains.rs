@@ -12,7 +12,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("motion", Kind::Texture),
         ("history", Kind::Texture),
         ("error", Kind::TextureUint),
-        ("gains", Kind::BufferMut),
+        ("sample_histogram", Kind::BufferMut),
     ],
     workgroup: [8, 8],
     covers: [8, 8],

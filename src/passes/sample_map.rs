@@ -15,14 +15,14 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("motion", Kind::Texture),
         ("history", Kind::Texture),
         ("error", Kind::TextureUint),
-        ("gains", Kind::Buffer),
+        ("sample_histogram", Kind::Buffer),
         ("samples", Kind::Storage(TextureFormat::R32Uint)),
     ],
     workgroup: [8, 8],
     covers: [8, 8],
 };
 
-/// What the pass reads and writes; named as in the WGSL. `gains` is 0 before it.
+/// What the pass reads and writes; named as in the WGSL. `sample_histogram` is 0 before it.
 #[derive(Debug, Clone, Copy)]
 #[expect(missing_docs, reason = "documented once, at the head of the WGSL")]
 pub struct SampleMapViews<'a> {
@@ -30,7 +30,7 @@ pub struct SampleMapViews<'a> {
     pub motion: &'a TextureView,
     pub history: &'a TextureView,
     pub error: &'a TextureView,
-    pub gains: &'a Buffer,
+    pub sample_histogram: &'a Buffer,
     pub samples: &'a TextureView,
 }
 
@@ -55,12 +55,12 @@ impl SampleMap {
     /// Records the pass over `extent` pixels.
     pub fn record(&self, recorder: &mut Recorder<'_>, views: &SampleMapViews<'_>, extent: [u32; 2]) {
         let read = [views.guide, views.motion, views.history, views.error].map(BindingResource::TextureView);
-        let gains = views.gains.as_entire_binding();
-        let counted = [read.as_slice(), &[gains.clone()]].concat();
+        let histogram = views.sample_histogram.as_entire_binding();
+        let counted = [read.as_slice(), &[histogram.clone()]].concat();
         let shared =
-            [read.as_slice(), &[gains.clone(), BindingResource::TextureView(views.samples)]].concat();
+            [read.as_slice(), &[histogram.clone(), BindingResource::TextureView(views.samples)]].concat();
         let count = self.count.bind(recorder, &counted);
-        let rate = self.rate.bind(recorder, &[gains]);
+        let rate = self.rate.bind(recorder, &[histogram]);
         let share = self.share.bind(recorder, &shared);
         let mut pass = recorder.begin_pass(DESCRIPTOR.name);
         self.count.dispatch(&mut pass, &count, extent);

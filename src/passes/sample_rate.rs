@@ -6,7 +6,7 @@ use crate::gpu::{KernelDescriptor, Kind};
 pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
     name: "sample_rate",
     source: include_str!("../../shaders/sample_rate.wgsl"),
-    bindings: &[("frame", Kind::Frame), ("gains", Kind::BufferMut)],
+    bindings: &[("frame", Kind::Frame), ("sample_histogram", Kind::BufferMut)],
     workgroup: [64, 1],
     covers: [1, 1],
 };

@@ -5,7 +5,7 @@ use crate::gpu::{blank, download, gpu, upload};
 use crate::sequence::frame;
 use glam::Vec3;
 use quell::gpu::words;
-use quell::layout::GAIN_BUCKETS;
+use quell::layout::SAMPLE_BUCKETS;
 use quell::passes::sample_map::{SampleMap, SampleMapViews};
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use wgpu::TextureFormat as Format;
@@ -15,7 +15,7 @@ const DARK_LEVEL: f64 = 0.1;
 
 /// Gains are told apart by eighths of an octave, from 2^-40 on.
 fn in_steps(gain: f64) -> f64 {
-    let step = ((gain.log2() + 40.0) * 8.0).floor().clamp(0.0, GAIN_BUCKETS as f64 - 1.0);
+    let step = ((gain.log2() + 40.0) * 8.0).floor().clamp(0.0, SAMPLE_BUCKETS as f64 - 1.0);
     ((step + 0.5) / 8.0 - 40.0).exp2()
 }
 
@@ -51,7 +51,12 @@ fn matches_its_twin_on_random_images() {
             motion: &upload(SIZE, Format::Rg32Float, &uv_motion),
             history: &upload(SIZE, Format::Rgba16Float, &history),
             error: &upload(SIZE, Format::R32Uint, &errors),
-            gains: &words(&gpu().device, "gains", GAIN_BUCKETS + 1, wgpu::BufferUsages::empty()),
+            sample_histogram: &words(
+                &gpu().device,
+                "histogram",
+                SAMPLE_BUCKETS + 1,
+                wgpu::BufferUsages::empty(),
+            ),
             samples: &samples,
         };
         super::run(&u, |recorder| pass.record(recorder, &views, SIZE));
@@ -72,7 +77,7 @@ fn matches_its_twin_on_random_images() {
             let count = if seen == place { wide_history[source][3] } else { 0.0 };
             let [deviation, luminance] = errors[source].map(|part| part.to_f64());
             let relative = deviation.powi(2) / (luminance.powi(2) + DARK_LEVEL.powi(2));
-            Some(in_steps(relative / (count + 1.0)))
+            Some(in_steps((relative / (count + 1.0)).sqrt()))
         };
         let gains: Vec<Option<f64>> = (0..surfaces.len()).map(gain).collect();
         let budget = f64::from(budget);

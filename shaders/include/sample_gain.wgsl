@@ -22,7 +22,9 @@ fn gain_bucket(pixel: vec2<u32>) -> u32 {
         count = textureLoad(history, source, 0).w;
     }
     let expected = unpack_error(textureLoad(error, source, 0).x);
-    return bucket_of(relative_square(expected) / (count + 1.0));
+    // The root of what another sample takes off the squared error: errors are seen by their deviation, and the squares of
+    // expected ones, which are noisy, would send most samples after a few of them.
+    return bucket_of(sqrt(relative_square(expected) / (count + 1.0)));
 }
 
 fn relative_square(e: OutputError) -> f32 {
