@@ -30,6 +30,7 @@
 //!     output,           // Rgba16Float
 //!     debug: None,
 //!     timestamps: None,
+//!     measured_ms: None,
 //! };
 //! denoiser.encode(device, queue, &mut encoder, &inputs, &Settings::default())?;
 //! queue.submit([encoder.finish()]);
@@ -87,6 +88,7 @@
 
 #![warn(missing_docs)]
 
+mod budget;
 mod denoiser;
 mod descriptor;
 mod error;
@@ -97,18 +99,20 @@ mod history;
 #[doc(hidden)]
 pub mod layout;
 mod memory;
+mod pacing;
 #[doc(hidden)]
 pub mod passes;
+mod readback;
 mod settings;
 mod statistics;
 
 pub use denoiser::Denoiser;
 pub use descriptor::DenoiserDescriptor;
 pub use error::{CreateError, FrameError};
-pub use frame::{Camera, DebugView, FrameInputs, FrameOutputs, HistoryMode, Timestamps};
+pub use frame::{Camera, DebugView, FrameInputs, FrameOutputs, HistoryMode, Notice, Timestamps};
 pub use memory::Allocation;
 pub use passes::Pipelines;
-pub use settings::{Centres, Settings, Windows};
+pub use settings::{Budget, Centres, Settings, Windows};
 pub use statistics::Statistics;
 
 /// The passes of a frame in the order they run; also their labels and timestamp order.

@@ -50,12 +50,14 @@ pub struct MethodFrame<'a> {
     pub debug: Option<(DebugView, &'a wgpu::TextureView)>,
     /// Pass `i` of [`MethodRunner::passes`] writes its begin to `first_query + 2 i` and its end to the query after it.
     pub timestamps: Option<Timestamps<'a>>,
+    /// As [`FrameInputs::measured_ms`].
+    pub measured_ms: Option<f32>,
 }
 
 impl<'a> MethodFrame<'a> {
-    /// A frame without debug view and timestamps.
+    /// A frame without debug view, timestamps and measured time.
     pub fn new(gbuffer: &'a GBuffer, camera: Camera, restart: bool, settings: &'a Settings) -> Self {
-        Self { gbuffer, camera, restart, settings, debug: None, timestamps: None }
+        Self { gbuffer, camera, restart, settings, debug: None, timestamps: None, measured_ms: None }
     }
 }
 
@@ -168,6 +170,7 @@ impl MethodRunner {
                     output,
                     debug: frame.debug,
                     timestamps,
+                    measured_ms: frame.measured_ms,
                 };
                 let settings = Settings {
                     motion_scale: [1.0 / gbuffer.width as f32, 1.0 / gbuffer.height as f32],

@@ -29,7 +29,7 @@ struct Frame {
     pad_0: vec2<u32>,
     levels: array<Level, LEVELS>,
     eye_delta: vec3<f32>,   // eye now minus eye of the previous frame, world units
-    pad_1: f32,
+    model_limit: u32,       // models that may be fitted, where FLAG_LIMITED is set; changes while a time is kept
     current: View,
     previous: View,
 }
@@ -51,6 +51,7 @@ const FLAG_MIX = 32u;           // mix the prediction with the temporal mean
 const FLAG_RING_ERROR = 64u;    // windows by the ring error, not by Mallows' Cp
 const FLAG_INNOVATION = 128u;   // relight the history
 const FLAG_SHOW_MIX = 256u;     // a debug view shows the mix weight
+const FLAG_LIMITED = 512u;      // no more than model_limit models are fitted
 
 const LEVELS = 3u;
 const TILE = 8u; // pixels on a side; the unit of which windows are made

@@ -17,6 +17,7 @@ pub mod flags {
     pub const RING_ERROR: u32 = 64;
     pub const INNOVATION: u32 = 128;
     pub const SHOW_MIX: u32 = 256;
+    pub const LIMITED: u32 = 512;
 }
 
 /// WGSL `View`.
@@ -88,7 +89,7 @@ pub struct FrameUniforms {
     pub pad_0: [u32; 2],
     pub levels: [LevelUniforms; LEVELS],
     pub eye_delta: Vec3,
-    pub pad_1: f32,
+    pub model_limit: u32,
     pub current: ViewUniforms,
     pub previous: ViewUniforms,
 }

@@ -2,21 +2,25 @@
 
 pub mod accumulate;
 pub mod centres;
+pub mod choose;
 pub mod compose;
 pub mod debug_view;
 pub mod fit;
+pub mod gains;
 pub mod innovation;
 pub mod predict;
 pub mod reproject;
 
 use crate::gpu::KernelDescriptor;
 
-/// All kernels in the order they run; `centres` runs within the pass `fit`.
-pub const ALL: [&KernelDescriptor; 8] = [
+/// All kernels in the order they run; `centres`, `gains` and `choose` run within the pass `fit`.
+pub const ALL: [&KernelDescriptor; 10] = [
     &reproject::DESCRIPTOR,
     &innovation::DESCRIPTOR,
     &accumulate::DESCRIPTOR,
     &centres::DESCRIPTOR,
+    &gains::DESCRIPTOR,
+    &choose::DESCRIPTOR,
     &fit::DESCRIPTOR,
     &predict::DESCRIPTOR,
     &compose::DESCRIPTOR,

@@ -67,6 +67,7 @@ impl Images {
             output: &self.output,
             debug: None,
             timestamps: None,
+            measured_ms: None,
         }
     }
 }

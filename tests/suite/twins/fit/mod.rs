@@ -44,6 +44,7 @@ fn run_fit(tiles: &[Tile<N>], size: [u32; 2], windows: Windows, centres: Centres
     let nothing = || upload_words(&vec![0; tiles.len()]);
     let (centre_list, windows, coverage) = (nothing(), nothing(), nothing());
     let levels = upload_words(&[0; LEVEL_WORDS as usize * LEVELS]);
+    let (kept, histogram) = (nothing(), nothing());
     let models = upload_buffer(&vec![0.0; tiles.len() * MODEL_STRIDE as usize]);
     let pass = Fit::new(&gpu().device);
     run(&u, |recorder| {
@@ -54,8 +55,10 @@ fn run_fit(tiles: &[Tile<N>], size: [u32; 2], windows: Windows, centres: Centres
             models: &models,
             windows: &windows,
             coverage: &coverage,
+            kept: &kept,
+            histogram: &histogram,
         };
-        pass.record(recorder, &views, u.tiles);
+        pass.record(recorder, &views, u.tiles, false);
     });
     let models = download_buffer(&models);
     Found {
