@@ -22,7 +22,7 @@ fn centres(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocati
     let own = frame.levels[level.x];
     var tile = id.xy * own.stride + own.stride / 2u;
     if has(frame, FLAG_LIMITED) && all(id.xy * own.stride < frame.tiles) {
-        tile = coarsest_centre(tile);
+        tile = coarsest_centre(frame, tile);
     }
     let index = tile.y * frame.tiles.x + tile.x;
     var wanted = all(tile < frame.tiles);

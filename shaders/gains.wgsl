@@ -18,9 +18,11 @@
 const OWN_FEATURES = MODEL_OWN_FEATURES;
 const LANES = 64u;
 
-// A kept model holds while its squared error on the tile is at most this many times what it had predicted, noise included:
-// as far as the errors of tiles of one model scatter.
+// A kept model holds while its squared error on the tile is at most this many times what it had predicted, noise included,
+// as far as the errors of tiles of one model scatter; and while the tile's mean is within three standard errors, in which a
+// new light shows although single pixels are noisy.
 const KEPT_ERROR = 2.0;
+const KEPT_MEAN_ERROR = 9.0;
 // Frames after which it is dropped all the same: half the default history, over which the means that it was fitted to have
 // been replaced.
 const KEPT_FRAMES = 16u;
@@ -45,7 +47,7 @@ fn gains(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation
     let start = index * TILE_STRIDE;
     var entry = 0u;
     // A tile without samples is left to the coarsest models, a tile of one of these to it.
-    if coverage[index] < own.covered && moments[start + TILE_WEIGHT] > 0.0 && any(tile != coarsest_centre(tile)) {
+    if coverage[index] < own.covered && moments[start + TILE_WEIGHT] > 0.0 && any(tile != coarsest_centre(frame, tile)) {
         entry = candidate(tile, index, lane);
     }
     kept[index] = entry;
@@ -59,16 +61,19 @@ fn candidate(tile: vec2<u32>, index: u32, lane: u32) -> u32 {
     var error = 0.0;
     var urgency = 1.0;
     if before != 0u && age <= KEPT_FRAMES && follow(index * MODEL_STRIDE, start) {
-        error = tile_error(index * MODEL_STRIDE, start, lane);
-        let expected = models[index * MODEL_STRIDE][HEAD_ERROR] + moments[start + TILE_FOUND];
-        if error <= KEPT_ERROR * expected {
+        let errors = tile_errors(index * MODEL_STRIDE, start, lane);
+        let expected = models[index * MODEL_STRIDE][HEAD_ERROR];
+        let found = moments[start + TILE_FOUND];
+        error = errors.x;
+        if errors.x <= KEPT_ERROR * (expected + found)
+            && errors.y <= KEPT_ERROR * expected + KEPT_MEAN_ERROR * found / pixels_of(start) {
             entry = stored_window(before) | (age << WINDOW_BITS);
             urgency = f32(age);
         }
     }
     if entry == 0u {
-        let coarsest = coarsest_centre(tile);
-        error = tile_error((coarsest.y * frame.tiles.x + coarsest.x) * MODEL_STRIDE, start, lane);
+        let coarsest = coarsest_centre(frame, tile);
+        error = tile_errors((coarsest.y * frame.tiles.x + coarsest.x) * MODEL_STRIDE, start, lane).x;
     }
     // So that equal gains take turns.
     let jitter = 0.75 + 0.5 * random_unit(random_at(tile, frame.index));
@@ -87,15 +92,18 @@ fn gain(error: f32, start: u32) -> f32 {
     }
     let l = luminance(colour);
     let excess = max(error - found, LEAST_EXCESS * found);
-    // As many as would weigh as much with the mean number of samples, the ratio of both variances.
-    let variance = max(moments[start + TILE_VARIANCE], 1e-30);
-    let pixels = clamp(moments[start + TILE_WEIGHT] * moments[start + TILE_EXPECTED] / variance, 1.0, f32(TILE * TILE));
-    return excess / (l * l + DARK) * pixels;
+    return excess / (l * l + DARK) * pixels_of(start);
 }
 
-// Mean squared error of a model's luminance on a tile. It is a linear form of the columns, so its square needs first and
-// second moments only.
-fn tile_error(model: u32, start: u32, lane: u32) -> f32 {
+// Pixels with samples in a tile: as many as would weigh as much with the mean number of samples, the ratio of both variances.
+fn pixels_of(start: u32) -> f32 {
+    let variance = max(moments[start + TILE_VARIANCE], 1e-30);
+    return clamp(moments[start + TILE_WEIGHT] * moments[start + TILE_EXPECTED] / variance, 1.0, f32(TILE * TILE));
+}
+
+// Mean squared error of a model's luminance on a tile, and the squared error of the mean. The error is a linear form of the
+// columns, so its square needs first and second moments only.
+fn tile_errors(model: u32, start: u32, lane: u32) -> vec2<f32> {
     var residual = -luminance_of(model, 0u);
     for (var f = 0u; f < FEATURES; f++) {
         form[f][lane] = -luminance_of(model, f + 1u);
@@ -115,7 +123,8 @@ fn tile_error(model: u32, start: u32, lane: u32) -> f32 {
         }
         sum += 2.0 * form[i][lane] * row;
     }
-    return max(sum, 0.0) / moments[start + TILE_WEIGHT] + residual * residual;
+    let of_mean = residual * residual;
+    return vec2(max(sum, 0.0) / moments[start + TILE_WEIGHT] + of_mean, of_mean);
 }
 
 // Of what a model multiplies regressor `at` with.

@@ -32,8 +32,8 @@ pub enum Centres {
 /// The coarsest level, a model for 32x32 pixels, is always fitted, so that every pixel is predicted. Finer models go where they
 /// are expected to gain most: by the error of what would predict the tile otherwise, beyond noise and relative to its
 /// brightness, times its pixels and the age of the model that it has. A tile that needs a model but gets none keeps the one
-/// of an earlier frame while this predicts the tile's temporal means with at most twice the error that it expected, noise
-/// included, and is at most 16 frames old. A restart drops all of them.
+/// of an earlier frame while this predicts the tile's temporal means with at most twice the squared error that it expected,
+/// noise included, and their mean within three standard errors, and is at most 16 frames old. A restart drops all of them.
 ///
 /// Holds for [`Centres::Adaptive`]; uniform centres are always fitted all.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

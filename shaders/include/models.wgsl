@@ -37,7 +37,7 @@ const BUCKETS = 1024u; // of each level in `histogram`, by rising gain
 
 // Centre of the coarsest level in whose cell a tile is. Under a budget the last cells' are moved into the frame, so that
 // their windows reach all tiles.
-fn coarsest_centre(tile: vec2<u32>) -> vec2<u32> {
+fn coarsest_centre(frame: Frame, tile: vec2<u32>) -> vec2<u32> {
     let stride = frame.levels[0].stride;
     return min(tile / stride * stride + stride / 2u, frame.tiles - 1u);
 }
