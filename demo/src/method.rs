@@ -6,7 +6,7 @@ use crate::peers::{Accumulate, Bmfr, PeerFrame, Svgf};
 use anyhow::{Context, Result};
 use quell::{
     Allocation, Camera, DebugView, Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode, Settings,
-    Timestamps,
+    Statistics, Timestamps,
 };
 
 /// How to denoise.
@@ -114,8 +114,13 @@ impl MethodRunner {
 
     /// Linear models of a recent frame, where the method has any; see [`Denoiser::statistics`].
     pub fn models(&mut self) -> Option<u32> {
+        self.statistics().map(|statistics| statistics.models())
+    }
+
+    /// What a recent frame came to, where the method tells; see [`Denoiser::statistics`].
+    pub fn statistics(&mut self) -> Option<Statistics> {
         match &mut self.state {
-            State::Quell { denoiser, .. } => denoiser.statistics().map(|statistics| statistics.models()),
+            State::Quell { denoiser, .. } => denoiser.statistics(),
             State::Svgf(_) | State::Bmfr(_) | State::Accumulate(_) => None,
         }
     }
