@@ -5,8 +5,7 @@
 //
 // Reads   kept, histogram.
 // Writes  centre_list: the chosen tiles; levels: how many, and how many models are kept; windows and coverage of these
-// Source  design of its own; selection by histogram as in radix select: Alabi et al., "Fast k-selection algorithms for
-//         graphics processing units", JEA 2012
+// Source  bucket select: Alabi et al., "Fast k-Selection Algorithms for Graphics Processing Units", JEA 2012
 
 //!include frame numbers surface features linear_model windows models listing cover
 

@@ -62,14 +62,15 @@
 //! 4. **fit** places centres coarse to fine, each where no model reaches well yet. At a centre, nested windows of tiles grow,
 //!    and the one whose model has the least predicted error is kept. A model is a ridge regression, whose ridge is a prior:
 //!    steep slopes must be earned by samples. A few thousand numbers go in, no pixel is read twice, and the result is exactly
-//!    that of recursive least squares over the pixels.
+//!    that of recursive least squares over the pixels. Under a [`Budget`] the coarsest level is always fitted; finer models go
+//!    where they are expected to gain most, and elsewhere those of earlier frames are kept while they hold.
 //! 5. **predict** evaluates, per pixel, the models whose windows hold it, and blends them by tents and by how well they fit.
 //! 6. **compose** compares prediction and temporal mean. What they differ by, smoothly and beyond the mean's noise, is the
 //!    models' error; it decides how the two are mixed: smooth where the models hold, sharp where no feature explains what is
 //!    seen, such as a shadow's edge. Then albedo and emission come back.
 //! 7. **debug_view** shows one of these steps, on request.
 //!
-//! Each image is read where it is made, and packed into words in between: 54 bytes a pixel are held, 194 are moved in a frame
+//! Each image is read where it is made, and packed into words in between: 55 bytes a pixel are held, 194 are moved in a frame
 //! (`tests/cost.md`).
 //!
 //! On a still view the result converges to the converged image, because the mean's noise falls and the mix follows.
