@@ -107,14 +107,15 @@ fn models_picture(pixel: vec2<u32>) -> vec3<f32> {
             }
             let index = u32(tile.y) * frame.tiles.x + u32(tile.x);
             let head = models[index * MODEL_STRIDE];
-            if windows[index] == 0u {
+            let size = stored_window(windows[index]);
+            if size == 0u {
                 continue;
             }
             let middle = (vec2<f32>(tile) + 0.5) * f32(TILE);
-            let weight = tent(vec2<f32>(pixel) + 0.5 - middle, windows[index]);
+            let weight = tent(vec2<f32>(pixel) + 0.5 - middle, size);
             if weight > 0.0 {
                 count += 1.0;
-                sum += weight * head[HEAD_TRUST] * vec3(1.0, f32(windows[index]), head[HEAD_ERROR]);
+                sum += weight * head[HEAD_TRUST] * vec3(1.0, f32(size), head[HEAD_ERROR]);
             }
         }
     }
@@ -124,10 +125,10 @@ fn models_picture(pixel: vec2<u32>) -> vec3<f32> {
     if frame.debug_view == VIEW_PREDICTED_ERROR {
         return vec3(sqrt(sum.z / max(sum.x, 1e-30)));
     }
-    let is_centre = windows[u32(own.y) * frame.tiles.x + u32(own.x)] > 0u;
+    let own_size = stored_window(windows[u32(own.y) * frame.tiles.x + u32(own.x)]);
     let middle = vec2<u32>(own) * TILE + TILE / 2u;
-    if is_centre && all(pixel + 1u >= middle) && all(pixel <= middle) {
-        return window_hue(f32(windows[u32(own.y) * frame.tiles.x + u32(own.x)]));
+    if own_size > 0u && all(pixel + 1u >= middle) && all(pixel <= middle) {
+        return window_hue(f32(own_size));
     }
     return 0.4 * window_hue(sum.y / max(sum.x, 1e-30));
 }

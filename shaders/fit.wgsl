@@ -8,7 +8,7 @@
 // Source  Moon et al. 2015, section 4, with the recursion over pixels replaced by the equal sum of tile moments; Mallows,
 //         "Some Comments on Cp", Technometrics 1973
 
-//!include frame numbers surface features linear_model windows models window ridge
+//!include frame numbers surface features linear_model windows models window ridge cover
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> level: vec4<u32>; // its number in x
@@ -43,13 +43,16 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
     }
     let centre = centre_list[listed];
     let place = vec2(centre % frame.tiles.x, centre / frame.tiles.x);
-    load_window(place, WINDOW_TILES[frame.widest_window], lane);
+    // Under a budget the coarsest models are what remains where there are no others, so each has the widest window.
+    let is_base = has(frame, FLAG_LIMITED) && level.x == 0u;
+    let widest = select(frame.widest_window, WIDEST_WINDOW, is_base);
+    load_window(place, WINDOW_TILES[widest], lane);
 
     var error = 0.0;  // of the innermost model, then of each model on the ring about its window
     var tested = 0.0; // weight of what they were tested on
     var least = 1e38;
     var chosen = 1u;
-    for (var size = 1u; size <= frame.widest_window; size++) {
+    for (var size = 1u; size <= widest; size++) {
         sum_ring(size, lane);
         workgroupBarrier();
         if size > 1u && has(frame, FLAG_RING_ERROR) {
@@ -73,17 +76,23 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
             risk = error / max(tested, 1e-30);
         }
         // A window without samples has shown nothing. The widest has some: `centres` lists no others.
-        if sums[TILE_WEIGHT] > 0.0 && size >= frame.least_window && risk < least {
+        let is_better = sums[TILE_WEIGHT] > 0.0 && size >= frame.least_window && risk < least;
+        if is_better {
             least = risk;
             chosen = size;
+        }
+        if select(is_better, size == widest, is_base) {
             write_model(centre * MODEL_STRIDE, residual, risk, lane);
         }
         workgroupBarrier();
     }
     if lane == 0u {
-        windows[centre] = chosen;
+        windows[centre] = select(chosen, widest, is_base);
     }
-    cover(place, chosen, lane);
+    // Where a narrower window would be better, finer levels may add models; the wide one then counts for little by its trust.
+    if lane < MOST_TILES && (!is_base || chosen == widest && widest == frame.widest_window) {
+        cover(place, chosen, lane);
+    }
 }
 
 fn sum_ring(size: u32, lane: u32) {
@@ -240,18 +249,5 @@ fn write_model(start: u32, residual: f32, risk: f32, lane: u32) {
     }
     if lane < CHANNELS * MODEL_ROW {
         models[start + 1u + lane] = model_part(lane / MODEL_ROW, lane % MODEL_ROW);
-    }
-}
-
-// Adds the model's tent to the coverage of one of the tiles around.
-fn cover(place: vec2<u32>, chosen: u32, member: u32) {
-    if member >= MOST_TILES {
-        return;
-    }
-    let offset = window_offset(member);
-    let tile = vec2<i32>(place) + offset;
-    let share = tent(vec2<f32>(offset) * f32(TILE), chosen);
-    if all(tile >= vec2(0)) && all(tile < vec2<i32>(frame.tiles)) && share > 0.0 {
-        atomicAdd(&coverage[u32(tile.y) * frame.tiles.x + u32(tile.x)], u32(share * f32(COVERAGE_ONE)));
     }
 }

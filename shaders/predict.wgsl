@@ -74,7 +74,7 @@ fn look_at_tile(tile: vec2<i32>, own: vec2<i32>, slot: u32) {
         return;
     }
     let index = u32(tile.y) * frame.tiles.x + u32(tile.x);
-    let size = windows[index];
+    let size = stored_window(windows[index]);
     // From the middle of a tile to the nearest pixel of another.
     let gap = max(f32(TILE) * vec2<f32>(abs(tile - own)) - 0.5 * f32(TILE) + 0.5, vec2(0.0));
     if size > 0u && tent(gap, size) > 0.0 {

@@ -2,7 +2,8 @@
 
 use crate::gpu::{FrameUniforms, Recorder, buffer, flags, image, words};
 use crate::history::History;
-use crate::layout::{LEVEL_WORDS, LEVELS, SAMPLE_BUCKETS};
+use crate::layout::{BUCKETS, LEVELS, LEVELS_WORDS, SAMPLE_BUCKETS};
+use crate::pacing::Pacing;
 use crate::passes::{
     Pipelines, accumulate::AccumulateViews, compose::ComposeViews, debug_view::DebugViewViews, fit::FitViews,
     innovation::InnovationViews, predict::PredictViews, reproject::ReprojectViews,
@@ -10,8 +11,8 @@ use crate::passes::{
 };
 use crate::statistics::StatisticsReader;
 use crate::{
-    Allocation, Camera, CreateError, DebugView, DenoiserDescriptor, FrameError, FrameInputs, FrameOutputs,
-    HistoryMode, SampleMap, Settings, Statistics, Windows, layout,
+    Allocation, Budget, Camera, Centres, CreateError, DebugView, DenoiserDescriptor, FrameError, FrameInputs,
+    FrameOutputs, HistoryMode, Notice, SampleMap, Settings, Statistics, Windows, layout,
 };
 use bytemuck::Zeroable;
 use std::sync::Arc;
@@ -29,6 +30,11 @@ pub struct Denoiser {
     previous_camera: Option<Camera>,
     frames: u32,
     statistics: StatisticsReader,
+    /// While the budget is one of time.
+    pacing: Option<Pacing>,
+    was_noticed: bool,
+    /// Whether the last recorded frame had a limit, so that its models may be kept.
+    was_limited: bool,
 }
 
 /// What lives for one frame only, or for less: what is dead lends its memory to what comes after.
@@ -42,14 +48,19 @@ struct Scratch {
     reprojected_noise: TextureView,
     /// Per tile: of the change of the light, later of the temporal means.
     moments: Buffer,
-    /// Those of the innovation, later the sparse ones, one per tile.
+    innovations: Buffer,
+    /// One per tile. Under a budget they outlive the frame.
     models: Buffer,
-    /// The window of each tile's model; 0 for no model.
+    /// The window of each tile's model and its age; 0 for no model.
     windows: Buffer,
     coverage: Buffer,
     centre_list: Buffer,
-    /// Per level: arguments of an indirect dispatch, number of models.
+    /// Per level: arguments of an indirect dispatch, number of models; then the number of models that were kept.
     levels: Buffer,
+    /// `windows` of the frame before, later what they come to in this one. Used under a budget only, as the next.
+    kept: Buffer,
+    /// Per level: tiles by what a model would gain them.
+    histogram: Buffer,
     /// How many pixels are worth how much to sample, and what that is in samples.
     sample_histogram: Buffer,
     /// Stand in for optional inputs that did not come.
@@ -87,6 +98,9 @@ impl Denoiser {
             previous_camera: None,
             frames: 0,
             statistics: StatisticsReader::default(),
+            pacing: None,
+            was_noticed: false,
+            was_limited: false,
         })
     }
 
@@ -120,7 +134,8 @@ impl Denoiser {
         device: &wgpu::Device,
         descriptor: &DenoiserDescriptor,
     ) -> Result<(), CreateError> {
-        *self = Self::with_pipelines(device, descriptor, self.pipelines())?;
+        let resized = Self::with_pipelines(device, descriptor, self.pipelines())?;
+        *self = Self { was_noticed: self.was_noticed, ..resized };
         Ok(())
     }
 
@@ -139,7 +154,8 @@ impl Denoiser {
     ) -> Result<FrameOutputs, FrameError> {
         inputs.check(self.size, settings)?;
         let previous = self.previous_camera.filter(|_| inputs.history == HistoryMode::Continue);
-        let uniforms = self.uniforms(inputs, settings, previous);
+        let (limit, notice) = self.limit(device, queue, inputs, settings);
+        let uniforms = self.uniforms(inputs, settings, previous, limit);
         // A buffer of its own per frame: several frames may be recorded before one submission.
         let frame = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("quell frame"),
@@ -148,26 +164,68 @@ impl Denoiser {
             mapped_at_creation: false,
         });
         queue.write_buffer(&frame, 0, bytemuck::bytes_of(&uniforms));
-        let Scratch { windows, coverage, levels, sample_histogram, .. } = &self.scratch;
-        for buffer in [windows, coverage, levels, sample_histogram] {
-            encoder.clear_buffer(buffer, 0, None);
+        if let Some(pacing) = &self.pacing {
+            pacing.begin(encoder);
         }
-        self.record(&mut Recorder { device, encoder, frame: &frame, timestamps: inputs.timestamps }, inputs);
-
-        self.statistics.record(device, encoder, &self.scratch.levels, self.frames);
+        self.clear(encoder, previous.is_some(), limit.is_some());
+        let timestamps = inputs.timestamps;
+        self.record(&mut Recorder { device, encoder, frame: &frame, timestamps }, inputs, limit.is_some());
+        if let Some(pacing) = &mut self.pacing {
+            pacing.end(device, encoder, self.frames);
+        }
+        self.statistics.record(device, encoder, &self.scratch.levels, self.frames, limit);
 
         self.history.swap();
         self.previous_camera = Some(inputs.camera);
         self.frames = self.frames.wrapping_add(1);
-        Ok(FrameOutputs { restarted: previous.is_none() })
+        self.was_limited = limit.is_some();
+        Ok(FrameOutputs { restarted: previous.is_none(), notice })
+    }
+
+    /// How many models the frame may fit, and what there is to say of it.
+    fn limit(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        inputs: &FrameInputs<'_>,
+        settings: &Settings,
+    ) -> (Option<u32>, Option<Notice>) {
+        let budget = if settings.centres == Centres::Adaptive { settings.budget } else { Budget::Unlimited };
+        let Budget::Milliseconds(target_ms) = budget else {
+            self.pacing = None;
+            return (if let Budget::Models(most) = budget { Some(most) } else { None }, None);
+        };
+        let statistics = self.statistics.latest();
+        let pacing = self.pacing.get_or_insert_with(|| Pacing::new(device, self.size, self.frames));
+        let limit = pacing.limit(queue, inputs, statistics, target_ms, self.frames);
+        let notice = pacing.notice().filter(|_| !self.was_noticed);
+        self.was_noticed |= notice.is_some();
+        (Some(limit), notice)
+    }
+
+    /// Clears what passes count in, and hands the models of the frame before on where they may be kept.
+    fn clear(&self, encoder: &mut wgpu::CommandEncoder, has_history: bool, is_limited: bool) {
+        let Scratch { windows, coverage, levels, kept, histogram, sample_histogram, .. } = &self.scratch;
+        if is_limited {
+            if has_history && self.was_limited {
+                encoder.copy_buffer_to_buffer(windows, 0, kept, 0, kept.size());
+            } else {
+                encoder.clear_buffer(kept, 0, None);
+            }
+            encoder.clear_buffer(histogram, 0, None);
+        }
+        for buffer in [windows, coverage, levels, sample_histogram] {
+            encoder.clear_buffer(buffer, 0, None);
+        }
     }
 
     /// The frame, pass by pass.
-    fn record(&self, recorder: &mut Recorder<'_>, inputs: &FrameInputs<'_>) {
-        let Scratch { signal, reprojected, reprojected_noise, moments, models, .. } = &self.scratch;
-        let Scratch { windows, coverage, centre_list, levels, sample_histogram, no_float, no_uint, .. } =
+    fn record(&self, recorder: &mut Recorder<'_>, inputs: &FrameInputs<'_>, is_limited: bool) {
+        let Scratch { signal, reprojected, reprojected_noise, moments, innovations, models, .. } =
             &self.scratch;
-        let (innovations, prediction, mix_weight, error) = (models, reprojected, signal, reprojected_noise);
+        let Scratch { windows, coverage, centre_list, levels, kept, histogram, .. } = &self.scratch;
+        let Scratch { sample_histogram, no_float, no_uint, .. } = &self.scratch;
+        let (prediction, mix_weight, error) = (reprojected, signal, reprojected_noise);
         let History { mean: history, noise, .. } = &self.history;
         let (guide, previous_guide) = (self.history.guide(), self.history.previous_guide());
         let FrameInputs { radiance, albedo, normal_roughness, depth, motion, output, .. } = *inputs;
@@ -220,8 +278,9 @@ impl Denoiser {
         );
         passes.fit.record(
             recorder,
-            &FitViews { moments, centre_list, levels, models, windows, coverage },
+            &FitViews { moments, centre_list, levels, models, windows, coverage, kept, histogram },
             layout::tiles(self.size),
+            is_limited,
         );
         passes.predict.record(recorder, &PredictViews { guide, models, windows, prediction }, self.size);
         passes.compose.record(
@@ -264,6 +323,7 @@ impl Denoiser {
         inputs: &FrameInputs<'_>,
         settings: &Settings,
         previous: Option<Camera>,
+        limit: Option<u32>,
     ) -> FrameUniforms {
         let flag = |set: bool, bit: u32| if set { bit } else { 0 };
         let motion_depth = inputs.motion.texture().format() == TextureFormat::Rgba16Float;
@@ -284,11 +344,13 @@ impl Denoiser {
                 | flag(motion_depth, flags::MOTION_DEPTH)
                 | flag(settings.mix_temporal_mean, flags::MIX)
                 | flag(settings.innovation, flags::INNOVATION)
+                | flag(limit.is_some(), flags::LIMITED)
                 | flag(settings.windows == Windows::RingError, flags::RING_ERROR)
                 | flag(wants_error, flags::ERROR)
                 | flag(matches!(inputs.debug, Some((DebugView::MixWeight, _))), flags::SHOW_MIX),
             sample_budget: inputs.sample_map.map_or(0.0, |map| map.samples_per_pixel),
             dark_level: inputs.sample_map.map_or(0.0, |map| map.dark_level),
+            model_limit: limit.unwrap_or(u32::MAX),
             debug_view: inputs.debug.map_or(0, |(view, _)| view as u32),
             ..FrameUniforms::zeroed()
         };
@@ -306,15 +368,27 @@ impl Scratch {
             reprojected: image(device, "quell reprojected", size, TextureFormat::Rg32Uint),
             reprojected_noise: image(device, "quell reprojected noise", size, TextureFormat::R32Uint),
             moments: buffer(device, "quell moments", layout::moments(tiles)),
+            innovations: buffer(
+                device,
+                "quell innovations",
+                layout::models(layout::count(layout::innovation_centres(size))),
+            ),
             models: buffer(device, "quell models", layout::models(tiles)),
-            windows: words(device, "quell windows", tiles, BufferUsages::COPY_DST),
+            windows: words(device, "quell windows", tiles, BufferUsages::COPY_DST | BufferUsages::COPY_SRC),
             coverage: words(device, "quell coverage", tiles, BufferUsages::COPY_DST),
             centre_list: buffer(device, "quell centre list", tiles),
             levels: words(
                 device,
                 "quell levels",
-                u64::from(LEVEL_WORDS) * LEVELS as u64,
+                u64::from(LEVELS_WORDS),
                 BufferUsages::INDIRECT | BufferUsages::COPY_DST | BufferUsages::COPY_SRC,
+            ),
+            kept: words(device, "quell kept", tiles, BufferUsages::COPY_DST),
+            histogram: words(
+                device,
+                "quell histogram",
+                u64::from(BUCKETS) * LEVELS as u64,
+                BufferUsages::COPY_DST,
             ),
             sample_histogram: words(
                 device,
@@ -333,10 +407,12 @@ impl Scratch {
             Allocation::of_image("reprojected", &self.reprojected),
             Allocation::of_image("reprojected_noise", &self.reprojected_noise),
             Allocation::of_buffer("moments", &self.moments),
+            Allocation::of_buffer("innovations", &self.innovations),
             Allocation::of_buffer("models", &self.models),
             Allocation::of_buffer("windows", &self.windows),
             Allocation::of_buffer("coverage", &self.coverage),
             Allocation::of_buffer("centre_list", &self.centre_list),
+            Allocation::of_buffer("kept", &self.kept),
         ]
     }
 }

@@ -101,6 +101,12 @@ pub enum FrameError {
         /// What is wrong with it.
         reason: &'static str,
     },
+    /// The time that the caller measured is none.
+    #[error("`measured_ms` is {found}, expected a finite number of milliseconds, 0 or more")]
+    MeasuredTime {
+        /// The value that came.
+        found: f32,
+    },
     /// A setting lies outside its documented range.
     #[error("setting `{setting}` is {found}, expected {expected}")]
     Setting {

@@ -145,6 +145,11 @@ pub struct FrameInputs<'a> {
     pub sample_map: Option<SampleMap<'a>>,
     /// Where to write timestamps, where wanted.
     pub timestamps: Option<Timestamps<'a>>,
+    /// What the caller measured a frame of the denoiser to take on the GPU, in milliseconds, finite and not negative: the newest
+    /// that is known, of one of the last three frames. Stands in for the denoiser's own timestamps in
+    /// [`Budget::Milliseconds`](crate::Budget); needed on devices without them and on CPU adapters, whose timestamps do not
+    /// wait for compute passes.
+    pub measured_ms: Option<f32>,
 }
 
 /// What a frame was recorded with.
@@ -152,6 +157,17 @@ pub struct FrameInputs<'a> {
 pub struct FrameOutputs {
     /// Whether the frame started without history, by `HistoryMode::Restart` or because it is the first.
     pub restarted: bool,
+    /// What the caller should know, once.
+    pub notice: Option<Notice>,
+}
+
+/// What keeps a setting from working as it is meant to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Notice {
+    /// A budget in milliseconds was set, but for eight frames nothing told how long they take: the number of models stays as it
+    /// is. Said once in a denoiser's life.
+    NoTimestamps,
 }
 
 const RADIANCE: &[TextureFormat] = &[TextureFormat::Rgba16Float, TextureFormat::Rgba32Float];
@@ -172,6 +188,9 @@ impl FrameInputs<'_> {
         settings.check()?;
         self.camera.check()?;
         self.sample_map.map_or(Ok(()), |map| map.check())?;
+        if let Some(found) = self.measured_ms.filter(|ms| !(ms.is_finite() && *ms >= 0.0)) {
+            return Err(FrameError::MeasuredTime { found });
+        }
         let sampled = TextureUsages::TEXTURE_BINDING;
         let stored = TextureUsages::STORAGE_BINDING;
         let images = [

@@ -16,6 +16,10 @@ pub const LEVEL_WORDS: u32 = 4;
 pub const WINDOW_TILES: [u32; 4] = [0, 5, 9, 25];
 /// Pixels that the widest window spans.
 pub const WIDEST_WINDOW_PX: u32 = 40;
+/// Words of all levels, then of what they share: the number of models that were kept.
+pub const LEVELS_WORDS: u32 = LEVEL_WORDS * LEVELS as u32 + 1;
+/// Buckets of each level's histogram of gains.
+pub const BUCKETS: u32 = 1024;
 /// Coverage of a tile in the middle of one model.
 pub const COVERAGE_ONE: u32 = 256;
 /// Of the histogram of what samples are worth.
@@ -74,9 +78,9 @@ pub fn moments(tiles: u64) -> u64 {
     tiles * u64::from(MODELS.tile_stride())
 }
 
-/// Floats of the models of `tiles`: first those of the innovation, then the sparse ones.
-pub fn models(tiles: u64) -> u64 {
-    tiles * u64::from(MODEL_STRIDE)
+/// Floats of as many models, of either kind.
+pub fn models(count: u64) -> u64 {
+    count * u64::from(MODEL_STRIDE)
 }
 
 /// Refuses what the device cannot hold, before anything is created on it.

@@ -31,6 +31,7 @@
 //!     debug: None,
 //!     sample_map: None,
 //!     timestamps: None,
+//!     measured_ms: None,
 //! };
 //! denoiser.encode(device, queue, &mut encoder, &inputs, &Settings::default())?;
 //! queue.submit([encoder.finish()]);
@@ -62,7 +63,8 @@
 //! 4. **fit** places centres coarse to fine, each where no model reaches well yet. At a centre, nested windows of tiles grow,
 //!    and the one whose model has the least predicted error is kept. A model is a ridge regression, whose ridge is a prior:
 //!    steep slopes must be earned by samples. A few thousand numbers go in, no pixel is read twice, and the result is exactly
-//!    that of recursive least squares over the pixels.
+//!    that of recursive least squares over the pixels. Under a [`Budget`] the coarsest level is always fitted; finer models go
+//!    where they are expected to gain most, and elsewhere those of earlier frames are kept while they hold.
 //! 5. **predict** evaluates, per pixel, the models whose windows hold it, and blends them by tents and by how well they fit.
 //! 6. **compose** compares prediction and temporal mean. What they differ by, smoothly and beyond the mean's noise, is the
 //!    models' error; it decides how the two are mixed: smooth where the models hold, sharp where no feature explains what is
@@ -70,7 +72,7 @@
 //! 7. **sample_map**, on request, turns the expected error into samples per pixel for the next frame, under an average.
 //! 8. **debug_view** shows one of these steps, on request.
 //!
-//! Each image is read where it is made, and packed into words in between: 54 bytes a pixel are held, 194 are moved in a frame
+//! Each image is read where it is made, and packed into words in between: 55 bytes a pixel are held, 194 are moved in a frame
 //! (`tests/cost.md`).
 //!
 //! On a still view the result converges to the converged image, because the mean's noise falls and the mix follows.
@@ -89,6 +91,7 @@
 
 #![warn(missing_docs)]
 
+mod budget;
 mod denoiser;
 mod descriptor;
 mod error;
@@ -99,18 +102,20 @@ mod history;
 #[doc(hidden)]
 pub mod layout;
 mod memory;
+mod pacing;
 #[doc(hidden)]
 pub mod passes;
+mod readback;
 mod settings;
 mod statistics;
 
 pub use denoiser::Denoiser;
 pub use descriptor::DenoiserDescriptor;
 pub use error::{CreateError, FrameError};
-pub use frame::{Camera, DebugView, FrameInputs, FrameOutputs, HistoryMode, SampleMap, Timestamps};
+pub use frame::{Camera, DebugView, FrameInputs, FrameOutputs, HistoryMode, Notice, SampleMap, Timestamps};
 pub use memory::Allocation;
 pub use passes::Pipelines;
-pub use settings::{Centres, Settings, Windows};
+pub use settings::{Budget, Centres, Settings, Windows};
 pub use statistics::Statistics;
 
 /// The passes of a frame in the order they run; also their labels and timestamp order.

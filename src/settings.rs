@@ -26,6 +26,32 @@ pub enum Centres {
     Uniform(u32),
 }
 
+/// How many linear models a frame may fit. They are what its time can be bought with: fitting them is most of what is not the
+/// same for every frame.
+///
+/// The coarsest level, a model for 32x32 pixels, is always fitted, so that every pixel is predicted. Finer models go where they
+/// are expected to gain most: by the error of what would predict the tile otherwise, beyond noise and relative to its
+/// brightness, times its pixels and the age of the model that it has. A tile that needs a model but gets none keeps the one
+/// of an earlier frame while this predicts the tile's temporal means with at most twice the squared error that it expected,
+/// noise included, and their mean within three standard errors, and is at most 16 frames old. A restart drops all of them.
+///
+/// Holds for [`Centres::Adaptive`]; uniform centres are always fitted all.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Budget {
+    /// As many models as the image needs.
+    #[default]
+    Unlimited,
+    /// At most so many models, or those of the coarsest level where these are more.
+    Models(u32),
+    /// As many models as keep the frame's time on the GPU below so many milliseconds, above 0. It is aimed at 95 % of it, from
+    /// one model for 256 pixels on, and within some tens of frames; what a frame takes without finer models is the floor.
+    ///
+    /// Times are the denoiser's own timestamps where the device has `Features::TIMESTAMP_QUERY`, or
+    /// [`FrameInputs::measured_ms`](crate::FrameInputs::measured_ms). Without either the number stays where it began, and
+    /// [`Notice::NoTimestamps`](crate::Notice) says so.
+    Milliseconds(f32),
+}
+
 /// Per-frame settings. `Settings::default()` is what the measurements in the README use.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
@@ -58,6 +84,8 @@ pub struct Settings {
     ///
     /// Off shows the prediction alone: smoother, but what no feature explains (a shadow's edge) is blurred.
     pub mix_temporal_mean: bool,
+    /// How many models may be fitted (default: as many as the image needs).
+    pub budget: Budget,
 }
 
 impl Default for Settings {
@@ -71,6 +99,7 @@ impl Default for Settings {
             innovation: true,
             firefly_limit: 1.0,
             mix_temporal_mean: true,
+            budget: Budget::Unlimited,
         }
     }
 }
@@ -101,6 +130,11 @@ impl Settings {
         }
         if self.firefly_limit.is_nan() || self.firefly_limit <= 0.0 {
             return refuse("firefly_limit", "a number above 0", self.firefly_limit);
+        }
+        if let Budget::Milliseconds(target) = self.budget
+            && !(target.is_finite() && target > 0.0)
+        {
+            return refuse("budget", "Milliseconds of a finite number above 0", target);
         }
         Ok(())
     }

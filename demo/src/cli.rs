@@ -1,6 +1,6 @@
 //! The command line.
 
-use crate::bench::{BenchArgs, bench};
+use crate::bench::{BenchArgs, BudgetsArgs, bench, budgets};
 use crate::gpu::Gpu;
 use crate::method::Method;
 use crate::record::{RecordOptions, record};
@@ -69,6 +69,10 @@ pub enum Command {
     ///
     /// Writes `bench.json` and the tables as `bench.md`.
     Bench(BenchArgs),
+    /// Compare budgets of models and of time on captures: times, metrics, models
+    ///
+    /// Writes `budgets.json` and the tables as `budgets.md`.
+    Budgets(BudgetsArgs),
 }
 
 /// What the window shows.
@@ -238,6 +242,10 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Bench(args)) => run_bench(args),
         Some(Command::Sampling(args)) => run_sampling(args),
         Some(Command::Still(args)) => run_still(args),
+        Some(Command::Budgets(args)) => {
+            let report = budgets(&Gpu::new()?, &args)?;
+            say(&format!("{}wrote {}\n", report.text(), args.out.display()))
+        }
     }
 }
 

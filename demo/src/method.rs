@@ -6,7 +6,7 @@ use crate::peers::{Accumulate, Bmfr, PeerFrame, Svgf};
 use anyhow::{Context, Result};
 use quell::{
     Allocation, Camera, DebugView, Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode, SampleMap,
-    Settings, Timestamps,
+    Settings, Statistics, Timestamps,
 };
 
 /// How to denoise.
@@ -55,12 +55,23 @@ pub struct MethodFrame<'a> {
     pub sample_budget: Option<f32>,
     /// Pass `i` of [`MethodRunner::passes`] writes its begin to `first_query + 2 i` and its end to the query after it.
     pub timestamps: Option<Timestamps<'a>>,
+    /// As [`FrameInputs::measured_ms`].
+    pub measured_ms: Option<f32>,
 }
 
 impl<'a> MethodFrame<'a> {
-    /// A frame without debug view, sample map and timestamps.
+    /// A frame without debug view, sample map, timestamps and measured time.
     pub fn new(gbuffer: &'a GBuffer, camera: Camera, restart: bool, settings: &'a Settings) -> Self {
-        Self { gbuffer, camera, restart, settings, debug: None, sample_budget: None, timestamps: None }
+        Self {
+            gbuffer,
+            camera,
+            restart,
+            settings,
+            debug: None,
+            sample_budget: None,
+            timestamps: None,
+            measured_ms: None,
+        }
     }
 }
 
@@ -117,8 +128,13 @@ impl MethodRunner {
 
     /// Linear models of a recent frame, where the method has any; see [`Denoiser::statistics`].
     pub fn models(&mut self) -> Option<u32> {
+        self.statistics().map(|statistics| statistics.models())
+    }
+
+    /// What a recent frame came to, where the method tells; see [`Denoiser::statistics`].
+    pub fn statistics(&mut self) -> Option<Statistics> {
         match &mut self.state {
-            State::Quell { denoiser, .. } => denoiser.statistics().map(|statistics| statistics.models()),
+            State::Quell { denoiser, .. } => denoiser.statistics(),
             State::Svgf(_) | State::Bmfr(_) | State::Accumulate(_) => None,
         }
     }
@@ -178,6 +194,7 @@ impl MethodRunner {
                         dark_level: DARK_LEVEL,
                     }),
                     timestamps,
+                    measured_ms: frame.measured_ms,
                 };
                 let settings = Settings {
                     motion_scale: [1.0 / gbuffer.width as f32, 1.0 / gbuffer.height as f32],

@@ -1,7 +1,7 @@
 //! The denoiser's settings on the command line.
 
 use clap::Args;
-use quell::{Centres, Settings, Windows};
+use quell::{Budget, Centres, Settings, Windows};
 
 /// Overrides of [`Settings::default`], for comparisons.
 #[derive(Debug, Clone, Default, Args)]
@@ -22,6 +22,12 @@ pub struct SettingsArgs {
     /// Do not relight history when the light changes
     #[arg(long)]
     pub no_innovation: bool,
+    /// Most models that a frame may fit; those of the coarsest level are always fitted
+    #[arg(long, value_name = "N", conflicts_with = "budget_ms")]
+    pub budget_models: Option<u32>,
+    /// Milliseconds that a frame may take on the GPU, kept by the number of models
+    #[arg(long, value_name = "MS", value_parser = crate::cli::positive)]
+    pub budget_ms: Option<f32>,
     /// Show the models' prediction alone
     #[arg(long)]
     pub no_mix: bool,
@@ -39,8 +45,14 @@ impl SettingsArgs {
             firefly_limit: self.firefly_limit.unwrap_or(defaults.firefly_limit),
             innovation: !self.no_innovation,
             mix_temporal_mean: !self.no_mix,
+            budget: self.budget(),
             ..defaults
         }
+    }
+
+    fn budget(&self) -> Budget {
+        let time = self.budget_ms.map(Budget::Milliseconds);
+        time.or(self.budget_models.map(Budget::Models)).unwrap_or_default()
     }
 }
 

@@ -30,7 +30,7 @@ struct Frame {
     dark_level: f32,        // luminance below which errors count absolutely
     levels: array<Level, LEVELS>,
     eye_delta: vec3<f32>,   // eye now minus eye of the previous frame, world units
-    pad_1: f32,
+    model_limit: u32,       // models that may be fitted, where FLAG_LIMITED is set; changes while a time is kept
     current: View,
     previous: View,
 }
@@ -53,6 +53,7 @@ const FLAG_RING_ERROR = 64u;    // windows by the ring error, not by Mallows' Cp
 const FLAG_INNOVATION = 128u;   // relight the history
 const FLAG_SHOW_MIX = 256u;     // a debug view shows the mix weight
 const FLAG_ERROR = 512u;        // somebody asks for the output's expected error
+const FLAG_LIMITED = 1024u;     // no more than model_limit models are fitted
 
 const LEVELS = 3u;
 const TILE = 8u; // pixels on a side; the unit of which windows are made

@@ -1,5 +1,6 @@
 // The sparse linear models: how they lie in memory, and the grid of their centres. A model belongs to the tile that is its
-// centre; a tile's entry in `windows` is its model's window, 1 to 3 (include/windows), 0 for no model.
+// centre; a tile's entry in `windows` is its model's window, 1 to 3 (include/windows), 0 for no model, and in the bits above
+// how many frames ago it was fitted.
 
 const MODEL_OWN_FEATURES = 2u; // pixel position
 
@@ -17,8 +18,29 @@ const LEVEL_WORDS = 4u;
 const LEVEL_ROWS = 1u;
 const LEVEL_COUNT = 3u;
 
+// Models that were kept from earlier frames, counted after the levels.
+const KEPT_COUNT = LEVELS * LEVEL_WORDS;
+
 // Coverage of a tile is the sum of the tents of all models at its middle, in this unit.
 const COVERAGE_ONE = 256u;
+
+const WINDOW_BITS = 2u; // of a tile's entry in `windows`
+
+fn stored_window(entry: u32) -> u32 {
+    return entry & ((1u << WINDOW_BITS) - 1u);
+}
+
+// Under a budget `kept` holds, per tile, the entry that `windows` had in the frame before, 0 where its model holds no longer;
+// and in the bits above the bucket of the gain that another model is expected to bring, 0 where the tile needs none.
+const KEPT_BITS = 16u;
+const BUCKETS = 1024u; // of each level in `histogram`, by rising gain
+
+// Centre of the coarsest level in whose cell a tile is. Under a budget the last cells' are moved into the frame, so that
+// their windows reach all tiles.
+fn coarsest_centre(frame: Frame, tile: vec2<u32>) -> vec2<u32> {
+    let stride = frame.levels[0].stride;
+    return min(tile / stride * stride + stride / 2u, frame.tiles - 1u);
+}
 
 // What the models say of a pixel.
 struct Prediction {

@@ -14,6 +14,7 @@ fn window_offset(i: u32) -> vec2<i32> {
     return select(half_turned, vec2(-half_turned.y, half_turned.x), (i & 1u) != 0u);
 }
 
+const WIDEST_WINDOW = 3u;
 const WIDEST_REACH = 2u; // tiles on each side of the centre
 const WINDOW_REACHES = array(0.0, 12.0, 12.0, 20.0); // half a window's width in pixels
 

@@ -1,6 +1,6 @@
 //! Joins a pass's WGSL with the includes that it names in `//!include a b c`.
 
-const INCLUDES: [(&str, &str); 18] = [
+const INCLUDES: [(&str, &str); 20] = [
     ("frame", include_str!("../../shaders/include/frame.wgsl")),
     ("numbers", include_str!("../../shaders/include/numbers.wgsl")),
     ("noise", include_str!("../../shaders/include/noise.wgsl")),
@@ -14,6 +14,8 @@ const INCLUDES: [(&str, &str); 18] = [
     ("window", include_str!("../../shaders/include/window.wgsl")),
     ("linear_model", include_str!("../../shaders/include/linear_model.wgsl")),
     ("models", include_str!("../../shaders/include/models.wgsl")),
+    ("cover", include_str!("../../shaders/include/cover.wgsl")),
+    ("listing", include_str!("../../shaders/include/listing.wgsl")),
     ("innovations", include_str!("../../shaders/include/innovations.wgsl")),
     ("error", include_str!("../../shaders/include/error.wgsl")),
     ("sampling", include_str!("../../shaders/include/sampling.wgsl")),

@@ -18,6 +18,7 @@ pub mod flags {
     pub const INNOVATION: u32 = 128;
     pub const SHOW_MIX: u32 = 256;
     pub const ERROR: u32 = 512;
+    pub const LIMITED: u32 = 1024;
 }
 
 /// WGSL `View`.
@@ -90,7 +91,7 @@ pub struct FrameUniforms {
     pub dark_level: f32,
     pub levels: [LevelUniforms; LEVELS],
     pub eye_delta: Vec3,
-    pub pad_1: f32,
+    pub model_limit: u32,
     pub current: ViewUniforms,
     pub previous: ViewUniforms,
 }

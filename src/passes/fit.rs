@@ -1,10 +1,10 @@
 //! Places centres level by level and fits a model at each. See `shaders/centres.wgsl` and `shaders/fit.wgsl`.
 
-use super::centres;
+use super::{centres, choose, gains};
 use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder};
 use crate::layout::{LEVEL_STRIDES, LEVEL_WORDS, LEVELS};
-use wgpu::Buffer;
 use wgpu::util::DeviceExt;
+use wgpu::{BindGroup, Buffer};
 
 /// What fits the models of a level.
 pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
@@ -24,7 +24,8 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
     covers: [1, 1],
 };
 
-/// What the pass reads and writes; named as in the WGSL. `windows`, `coverage` and `levels` are 0 before it.
+/// What the pass reads and writes; named as in the WGSL. `windows`, `coverage`, `levels` and `histogram` are 0
+/// before it, and `kept` is what `windows` was in the frame before.
 #[derive(Debug, Clone, Copy)]
 #[expect(missing_docs, reason = "documented once, at the head of the WGSL")]
 pub struct FitViews<'a> {
@@ -34,12 +35,17 @@ pub struct FitViews<'a> {
     pub models: &'a Buffer,
     pub windows: &'a Buffer,
     pub coverage: &'a Buffer,
+    pub kept: &'a Buffer,
+    pub histogram: &'a Buffer,
 }
 
-/// The pass: for each level, a dispatch that lists centres and one that fits their models.
+/// The pass: for each level, a dispatch that lists centres and one that fits their models. Under a budget, two list the centres
+/// of all levels but the coarsest.
 #[derive(Debug)]
 pub struct Fit {
     centres: Kernel,
+    gains: Kernel,
+    choose: Kernel,
     fit: Kernel,
     /// The number of each level.
     numbers: [Buffer; LEVELS],
@@ -57,38 +63,66 @@ impl Fit {
         };
         Self {
             centres: Kernel::new(device, &centres::DESCRIPTOR),
+            gains: Kernel::new(device, &gains::DESCRIPTOR),
+            choose: Kernel::new(device, &choose::DESCRIPTOR),
             fit: Kernel::new(device, &DESCRIPTOR),
             numbers: std::array::from_fn(number),
         }
     }
 
-    /// Records the pass over `extent` tiles.
-    pub fn record(&self, recorder: &mut Recorder<'_>, views: &FitViews<'_>, extent: [u32; 2]) {
-        let groups = self.numbers.each_ref().map(|number| {
-            let centres = [
-                number.as_entire_binding(),
-                views.coverage.as_entire_binding(),
-                views.moments.as_entire_binding(),
-                views.centre_list.as_entire_binding(),
-                views.levels.as_entire_binding(),
-            ];
-            let fit = [
-                number.as_entire_binding(),
-                views.moments.as_entire_binding(),
-                views.centre_list.as_entire_binding(),
-                views.levels.as_entire_binding(),
-                views.models.as_entire_binding(),
-                views.windows.as_entire_binding(),
-                views.coverage.as_entire_binding(),
-            ];
-            (self.centres.bind(recorder, &centres), self.fit.bind(recorder, &fit))
+    /// Records the pass over `extent` tiles; `limited` where the frame's flag `LIMITED` is set.
+    pub fn record(&self, recorder: &mut Recorder<'_>, views: &FitViews<'_>, extent: [u32; 2], limited: bool) {
+        let groups: [_; LEVELS] = std::array::from_fn(|level| {
+            let is_chosen = limited && level > 0;
+            let list = if is_chosen {
+                self.bind_choice(recorder, views, level)
+            } else {
+                vec![self.bind_centres(recorder, views, level)]
+            };
+            (list, self.bind_fit(recorder, views, level))
         });
         let mut pass = recorder.begin_pass(DESCRIPTOR.name);
-        for (level, (centres, fit)) in groups.iter().enumerate() {
+        for (level, (list, fit)) in groups.iter().enumerate() {
             let cells = extent.map(|side| side.div_ceil(LEVEL_STRIDES[level]));
-            self.centres.dispatch(&mut pass, centres, cells);
+            for (kernel, group) in list {
+                kernel.dispatch(&mut pass, group, cells);
+            }
             let arguments = 4 * u64::from(LEVEL_WORDS) * level as u64;
             self.fit.dispatch_indirect(&mut pass, fit, views.levels, arguments);
         }
+    }
+
+    fn bind_centres(
+        &self,
+        recorder: &Recorder<'_>,
+        views: &FitViews<'_>,
+        level: usize,
+    ) -> (&Kernel, BindGroup) {
+        let resources =
+            [&self.numbers[level], views.coverage, views.moments, views.centre_list, views.levels];
+        (&self.centres, self.centres.bind(recorder, &resources.map(Buffer::as_entire_binding)))
+    }
+
+    fn bind_choice(
+        &self,
+        recorder: &Recorder<'_>,
+        views: &FitViews<'_>,
+        level: usize,
+    ) -> Vec<(&Kernel, BindGroup)> {
+        let FitViews { moments, centre_list, levels, models, windows, coverage, kept, histogram } = *views;
+        let number = &self.numbers[level];
+        let gains = [number, coverage, moments, models, kept, histogram].map(Buffer::as_entire_binding);
+        let choose =
+            [number, kept, histogram, centre_list, levels, windows, coverage].map(Buffer::as_entire_binding);
+        vec![
+            (&self.gains, self.gains.bind(recorder, &gains)),
+            (&self.choose, self.choose.bind(recorder, &choose)),
+        ]
+    }
+
+    fn bind_fit(&self, recorder: &Recorder<'_>, views: &FitViews<'_>, level: usize) -> BindGroup {
+        let FitViews { moments, centre_list, levels, models, windows, coverage, .. } = *views;
+        let resources = [&self.numbers[level], moments, centre_list, levels, models, windows, coverage];
+        self.fit.bind(recorder, &resources.map(Buffer::as_entire_binding))
     }
 }

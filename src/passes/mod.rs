@@ -2,9 +2,11 @@
 
 pub mod accumulate;
 pub mod centres;
+pub mod choose;
 pub mod compose;
 pub mod debug_view;
 pub mod fit;
+pub mod gains;
 pub mod innovation;
 pub mod predict;
 pub mod reproject;
@@ -14,13 +16,15 @@ pub mod sample_rate;
 
 use crate::gpu::KernelDescriptor;
 
-/// All kernels in the order they run; `centres` runs within the pass `fit`, `sample_gains` and `sample_rate` within
-/// `sample_map`.
-pub const ALL: [&KernelDescriptor; 11] = [
+/// All kernels in the order they run; `centres`, `gains` and `choose` run within the pass `fit`, `sample_gains` and `sample_rate`
+/// within `sample_map`.
+pub const ALL: [&KernelDescriptor; 13] = [
     &reproject::DESCRIPTOR,
     &innovation::DESCRIPTOR,
     &accumulate::DESCRIPTOR,
     &centres::DESCRIPTOR,
+    &gains::DESCRIPTOR,
+    &choose::DESCRIPTOR,
     &fit::DESCRIPTOR,
     &predict::DESCRIPTOR,
     &compose::DESCRIPTOR,

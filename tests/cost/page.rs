@@ -14,7 +14,7 @@ const HEAD: &str = "\
 
 What can be known of a frame's cost without running it on a GPU. Written by `tests/cost.sh`; `cargo test --test cost` \
 compares: a figure that grew by more than 10 %, a spilled register or a kernel that is not in the table fails. Rows are \
-kernels in the order they run; `centres` and `fit` make the pass `fit`. MB are 10^6 bytes.";
+kernels in the order they run; `centres` and `fit` make the pass `fit`, under a budget with `gains` and `choose`. MB are 10^6 bytes.";
 
 const MEMORY: &str = "All that `Denoiser::memory` lists; the caller's images are not in it.";
 
@@ -131,7 +131,8 @@ fn needs(
     traffic: &[(&'static str, Bytes)],
     compiled: &Compiled,
 ) -> Vec<(&'static str, Need)> {
-    let in_frame = traffic.iter().filter(|(name, _)| !["frame", "debug_view"].contains(name));
+    let in_frame =
+        traffic.iter().filter(|(name, _)| *name != "frame" && !traffic::OUTSIDE_FRAME.contains(name));
     let need = |&(name, bytes): &(&'static str, Bytes)| {
         let mut need = Need { bytes, ..Need::default() };
         if let Some(shader) = shaders.iter().find(|shader| shader.name() == name) {

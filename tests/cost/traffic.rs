@@ -15,7 +15,8 @@ spread over its 64 pixels. `models` and `windows` count whole, though only few t
 a tile, which counts as a sector of 32 bytes. Uniforms and other \
 resources of constant size count nothing. `clears` is what `encode` sets to 0 before the passes. The first three columns \
 take the caller's images at the smallest accepted formats and without the optional ones, the last three at the largest and \
-with all. `frame` is the sum without `debug_view`, which runs on request.";
+with all. `frame` is the sum without `debug_view`, which runs on request, and without `gains` and `choose`, which run under a \
+budget.";
 
 /// Bytes per pixel, with the caller's images at their smallest and at their largest.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -59,6 +60,9 @@ const ALIASES: [(&str, &str); 1] = [("prediction", "reprojected")];
 /// What `encode` clears.
 const CLEARED: [&str; 2] = ["windows", "coverage"];
 
+/// What not every frame runs.
+pub const OUTSIDE_FRAME: [&str; 3] = ["gains", "choose", "debug_view"];
+
 /// What a GPU's memory delivers at least.
 const SECTOR: f64 = 32.0;
 
@@ -68,7 +72,8 @@ pub fn all(shaders: &[Shader], owned: &BTreeMap<&str, f64>) -> Vec<(&'static str
     let mut rows = vec![("clears", Bytes { read: [0.0; 2], written: [clears; 2] })];
     rows.extend(shaders.iter().map(|shader| (shader.name(), of_kernel(shader, owned))));
     let mut frame = Bytes::default();
-    rows.iter().filter(|(name, _)| *name != "debug_view").for_each(|&(_, bytes)| frame += bytes);
+    let in_frame = rows.iter().filter(|(name, _)| !OUTSIDE_FRAME.contains(name));
+    in_frame.for_each(|&(_, bytes)| frame += bytes);
     rows.push(("frame", frame));
     rows
 }
@@ -99,16 +104,11 @@ fn of_binding(shader: &Shader, name: &str, owned: &BTreeMap<&str, f64>) -> [f64;
         "mix_weight" if shader.name() == "compose" => 0.0,
         "mix_weight" => owned["signal"],
         // A few words.
-        "levels" => 0.0,
+        "levels" | "histogram" => 0.0,
         // Of each tile the weight alone: a sector.
         "moments" if shader.name() == "centres" => SECTOR / f64::from(TILE * TILE),
         // Those of the change of the light are smaller than the buffer that both kinds use in turn.
         "moments" => per_tile(shader.constant("TILE_STRIDE").expect("what binds moments has their layout")),
-        // They use the buffer of the models before these do.
-        "innovations" => {
-            let stride = shader.constant("INNOVATION_STRIDE").or(shader.constant("MODEL_STRIDE"));
-            per_tile(stride.expect("what binds innovations has their layout")) / tiles_of(shader)
-        }
         _ => {
             let alias = ALIASES.iter().find(|(alias, _)| *alias == name);
             let owner = alias.map_or(name, |(_, owner)| owner);

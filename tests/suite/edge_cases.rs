@@ -4,7 +4,7 @@ use crate::gpu::{blank, gpu, upload};
 use crate::sequence::{Frame, denoise, denoiser, frame, jittered_frame, psnr, read_output, submit, walk};
 use glam::{Mat4, Vec2, Vec3, camera::rh};
 use quell::{
-    Camera, Centres, CreateError, DebugView, Denoiser, DenoiserDescriptor, FrameError, FrameInputs,
+    Budget, Camera, Centres, CreateError, DebugView, Denoiser, DenoiserDescriptor, FrameError, FrameInputs,
     HistoryMode, Settings, Windows,
 };
 use rand::{Rng, SeedableRng, rngs::StdRng};
@@ -468,10 +468,17 @@ fn wrong_settings_and_cameras_are_named() {
         (Settings { firefly_limit: f32::NAN, ..Settings::default() }, "firefly_limit"),
         (Settings { far: -1.0, ..Settings::default() }, "far"),
         (Settings { motion_scale: [f32::NAN, 1.0], ..Settings::default() }, "motion_scale"),
+        (Settings { budget: Budget::Milliseconds(0.0), ..Settings::default() }, "budget"),
+        (Settings { budget: Budget::Milliseconds(f32::INFINITY), ..Settings::default() }, "budget"),
     ];
     for (settings, name) in settings {
         let message = refusal(&mut quell, &good, &settings).to_string();
         assert!(message.contains(&format!("`{name}`")), "{message}");
+    }
+    for measured_ms in [f32::NAN, f32::INFINITY, -1.0] {
+        let inputs = FrameInputs { measured_ms: Some(measured_ms), ..good };
+        let message = refusal(&mut quell, &inputs, &Settings::default()).to_string();
+        assert!(message.contains("`measured_ms`"), "{message}");
     }
     let mut cameras = [frame.camera; 6];
     cameras[4].view_from_world = cameras[4].view_from_world.transpose();

@@ -54,7 +54,7 @@ fn frame_uniforms_match_the_wgsl() {
         dark_level,
         levels,
         eye_delta,
-        pad_1,
+        model_limit,
         current,
         previous,
     );
@@ -101,6 +101,7 @@ fn constants_match_the_wgsl() {
         ("FLAG_INNOVATION", flags::INNOVATION),
         ("FLAG_SHOW_MIX", flags::SHOW_MIX),
         ("FLAG_ERROR", flags::ERROR),
+        ("FLAG_LIMITED", flags::LIMITED),
     ];
     for (name, value) in expected {
         assert_eq!(constant(&module, name), value, "{name}");
@@ -130,7 +131,11 @@ fn columns_match_the_wgsl() {
             assert_eq!(constant(&module, name), *value, "{include}: {name}");
         }
     };
-    let of_models = [("LEVEL_WORDS", layout::LEVEL_WORDS), ("COVERAGE_ONE", layout::COVERAGE_ONE)];
+    let of_models = [
+        ("LEVEL_WORDS", layout::LEVEL_WORDS),
+        ("COVERAGE_ONE", layout::COVERAGE_ONE),
+        ("BUCKETS", layout::BUCKETS),
+    ];
     check("models", layout::MODELS, "MODEL", &of_models);
     let of_innovations = [("INNOVATION_TILES", layout::INNOVATION_TILES)];
     check("innovations", layout::INNOVATIONS, "INNOVATION", &of_innovations);

@@ -1,5 +1,6 @@
 //! The library's test suite: one binary, on the CPU adapter where there is one.
 
+mod budget;
 mod edge_cases;
 mod gpu;
 mod layout;

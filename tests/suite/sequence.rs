@@ -68,6 +68,7 @@ impl Images {
             debug: None,
             sample_map: None,
             timestamps: None,
+            measured_ms: None,
         }
     }
 }

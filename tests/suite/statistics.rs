@@ -11,7 +11,7 @@ const EYE: Vec3 = Vec3::new(0.0, 1.4, 1.0);
 
 /// Polls until the statistics of a frame are there. More than once: while other tests poll the same device, one of these may
 /// be about to call back.
-fn wait_for(quell: &mut Denoiser, frame: u32) -> Statistics {
+pub fn wait_for(quell: &mut Denoiser, frame: u32) -> Statistics {
     for _ in 0..1000 {
         gpu().device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
         if let Some(found) = quell.statistics().filter(|found| found.frame == frame) {

@@ -1,12 +1,14 @@
 //! How long each method takes and how much memory, all in one run.
 
 mod args;
+mod budgets;
 mod machine;
 mod percentiles;
 mod report;
 mod stopwatch;
 
 pub use args::BenchArgs;
+pub use budgets::{BudgetsArgs, BudgetsReport, budgets};
 pub use report::BenchReport;
 
 use crate::gpu::Gpu;
@@ -59,7 +61,7 @@ pub fn bench(gpu: &Gpu, options: &BenchOptions) -> Result<BenchReport> {
     let baseline = baseline(&options.methods, options.baseline)?;
     let out = &options.out;
     std::fs::create_dir_all(out).with_context(|| format!("{}: cannot create the folder", out.display()))?;
-    let on_cpu = gpu.device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+    let on_cpu = is_cpu(gpu);
     let default_sizes = if on_cpu { &CPU_SIZES[..] } else { &GPU_SIZES };
     let wanted = if options.sizes.is_empty() { default_sizes } else { &options.sizes };
 
@@ -84,10 +86,7 @@ pub fn bench(gpu: &Gpu, options: &BenchOptions) -> Result<BenchReport> {
     let report = BenchReport {
         machine: Machine::of(gpu),
         clock,
-        note: match clock {
-            Clock::GpuTimestamps => None,
-            Clock::Wall => Some(if on_cpu { ON_CPU } else { NO_TIMESTAMPS }),
-        },
+        note: wall_note(gpu, clock),
         scene,
         start_s: options.start_s,
         spp: SPP,
@@ -101,6 +100,18 @@ pub fn bench(gpu: &Gpu, options: &BenchOptions) -> Result<BenchReport> {
     let path = out.join("bench.md");
     std::fs::write(&path, report.text()).with_context(|| format!("{}: cannot write", path.display()))?;
     Ok(report)
+}
+
+fn is_cpu(gpu: &Gpu) -> bool {
+    gpu.device.adapter_info().device_type == wgpu::DeviceType::Cpu
+}
+
+/// What to know about the clock.
+fn wall_note(gpu: &Gpu, clock: Clock) -> Option<&'static str> {
+    match clock {
+        Clock::GpuTimestamps => None,
+        Clock::Wall => Some(if is_cpu(gpu) { ON_CPU } else { NO_TIMESTAMPS }),
+    }
 }
 
 /// The `wanted` one of `methods`; by default SVGF, which the literature compares with, or else the first peer.

@@ -3,7 +3,7 @@
 use super::view_state::{RIVALS, ViewMode, ViewState, rival_name};
 use crate::tracer::Sampling;
 use egui::{Color32, ComboBox, Pos2, Rect, Sense, Slider, Stroke, Ui, Vec2};
-use quell::{Centres, DebugView, Windows};
+use quell::{Budget, Centres, DebugView, Windows};
 use std::collections::VecDeque;
 
 /// Frames in the frame-time graph.
@@ -128,6 +128,7 @@ fn denoiser_controls(ui: &mut Ui, view: &mut ViewState) {
     ];
     choice(ui, "Windows", &mut settings.windows, &WINDOWS);
     choice(ui, "Centres", &mut settings.centres, &CENTRES);
+    budget_controls(ui, &mut settings.budget);
     ui.add(Slider::new(&mut settings.firefly_limit, 0.1..=100.0).logarithmic(true).text("Firefly limit"))
         .on_hover_text("Standard errors by which one sample may move its neighbourhood's mean");
     ui.checkbox(&mut settings.innovation, "Predict changes of the light")
@@ -138,6 +139,33 @@ fn denoiser_controls(ui: &mut Ui, view: &mut ViewState) {
         let defaults = quell::Settings::default();
         // The source's own: what it renders decides them.
         *settings = quell::Settings { far: settings.far, motion_scale: settings.motion_scale, ..defaults };
+    }
+}
+
+fn budget_controls(ui: &mut Ui, budget: &mut Budget) {
+    const STARTS: [(Budget, &str); 3] = [
+        (Budget::Unlimited, "none"),
+        (Budget::Models(2000), "of models"),
+        (Budget::Milliseconds(4.0), "of time"),
+    ];
+    let is =
+        |budget: &Budget, start: &Budget| std::mem::discriminant(budget) == std::mem::discriminant(start);
+    let name = STARTS.iter().find(|(start, _)| is(budget, start)).map_or("", |(_, name)| name);
+    ComboBox::from_label("Budget").selected_text(name).show_ui(ui, |ui| {
+        for (start, name) in STARTS {
+            if ui.selectable_label(is(budget, &start), name).clicked() && !is(budget, &start) {
+                *budget = start;
+            }
+        }
+    });
+    match budget {
+        Budget::Unlimited => {}
+        Budget::Models(most) => {
+            ui.add(Slider::new(most, 0..=100_000).logarithmic(true).text("Models"));
+        }
+        Budget::Milliseconds(target_ms) => {
+            ui.add(Slider::new(target_ms, 0.1..=100.0).logarithmic(true).text("Time").suffix(" ms"));
+        }
     }
 }
 

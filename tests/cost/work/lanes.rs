@@ -66,7 +66,8 @@ impl Lanes {
     pub fn select(&self, accept: &Self, reject: &Self) -> Self {
         let mut chosen = *reject;
         chosen.assign(accept, self.nonzero());
-        chosen.known &= self.known;
+        // Either way, where the condition is not known.
+        chosen.agree(accept, !self.known);
         chosen
     }
 

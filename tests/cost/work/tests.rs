@@ -33,6 +33,7 @@ fn loops_count_as_often_as_they_run() {
     assert_eq!(taps("for (var i = 0; i < 8; i++) { if i == 5 { break; } _ = tap(0); }", &[]), 5);
     assert_eq!(taps("for (var i = 0; i < 8; i++) { if i % 2 == 0 { continue; } _ = tap(0); }", &[]), 4);
     assert_eq!(taps("for (var i = 0; i < 8; i++) { _ = tap(i); }", &["tap"]), 0);
+    assert_eq!(taps("for (var i = 0; i < select(4, 4, buffer[0] > 0.0); i++) { _ = tap(0); }", &[]), 4);
 }
 
 #[test]

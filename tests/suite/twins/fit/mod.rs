@@ -1,5 +1,6 @@
 //! `fit` and `centres` against their f64 twins, and the twin against the paper's recursion over pixels.
 
+mod budget;
 mod compare;
 mod placement;
 mod recursion;
@@ -10,8 +11,10 @@ use super::{luminance, run, uniforms};
 use crate::gpu::{download_buffer, download_words, gpu, upload_buffer, upload_words};
 use crate::sequence::frame;
 use glam::{DVec3, Vec3};
-use quell::gpu::FrameUniforms;
-use quell::layout::{self, LEVEL_WORDS, LEVELS, MODEL_STRIDE, MODELS, SURFACE_FEATURES, WIDEST_WINDOW_PX};
+use quell::gpu::{FrameUniforms, flags};
+use quell::layout::{
+    self, BUCKETS, LEVELS, LEVELS_WORDS, MODEL_STRIDE, MODELS, SURFACE_FEATURES, WIDEST_WINDOW_PX,
+};
 use quell::passes::fit::{Fit, FitViews};
 use quell::{Centres, Windows};
 
@@ -28,6 +31,7 @@ struct Found {
     windows: Vec<u32>,
     coverage: Vec<u32>,
     levels: Vec<u32>,
+    kept: Vec<u32>,
 }
 
 fn run_fit(tiles: &[Tile<N>], size: [u32; 2], windows: Windows, centres: Centres) -> Found {
@@ -38,15 +42,31 @@ fn run_fit(tiles: &[Tile<N>], size: [u32; 2], windows: Windows, centres: Centres
     u.size = [8 * WIDEST_WINDOW_PX; 2];
     u.set_windows(windows, centres);
     u.size = size;
-    u.flags |= if windows == Windows::RingError { quell::gpu::flags::RING_ERROR } else { 0 };
+    u.flags |= if windows == Windows::RingError { flags::RING_ERROR } else { 0 };
+    run_pass(&u, tiles, &vec![0.0; tiles.len() * MODEL_STRIDE as usize], &vec![0; tiles.len()])
+}
+
+/// Of a frame with a limit of models, which are placed adaptively; the camera stands still.
+fn limited_uniforms(size: [u32; 2]) -> FrameUniforms {
+    let eye = Vec3::new(0.0, 1.4, 1.0);
+    let any_frame = frame(size, eye, eye, 1);
+    let mut u = uniforms(&any_frame, &any_frame);
+    u.set_windows(Windows::MallowsCp, Centres::Adaptive);
+    u.flags |= flags::LIMITED;
+    u
+}
+
+/// The pass alone, with what the frame before may have left.
+fn run_pass(u: &FrameUniforms, tiles: &[Tile<N>], models: &[f32], kept: &[u32]) -> Found {
     assert_eq!(tiles.len() as u64, layout::count(u.tiles));
     let moments = upload_tiles(tiles);
     let nothing = || upload_words(&vec![0; tiles.len()]);
     let (centre_list, windows, coverage) = (nothing(), nothing(), nothing());
-    let levels = upload_words(&[0; LEVEL_WORDS as usize * LEVELS]);
-    let models = upload_buffer(&vec![0.0; tiles.len() * MODEL_STRIDE as usize]);
+    let levels = upload_words(&[0; LEVELS_WORDS as usize]);
+    let histogram = upload_words(&vec![0; BUCKETS as usize * LEVELS]);
+    let (models, kept) = (upload_buffer(models), upload_words(kept));
     let pass = Fit::new(&gpu().device);
-    run(&u, |recorder| {
+    run(u, |recorder| {
         let views = FitViews {
             moments: &moments,
             centre_list: &centre_list,
@@ -54,16 +74,19 @@ fn run_fit(tiles: &[Tile<N>], size: [u32; 2], windows: Windows, centres: Centres
             models: &models,
             windows: &windows,
             coverage: &coverage,
+            kept: &kept,
+            histogram: &histogram,
         };
-        pass.record(recorder, &views, u.tiles);
+        pass.record(recorder, &views, u.tiles, u.flags & flags::LIMITED != 0);
     });
     let models = download_buffer(&models);
     Found {
-        frame: u,
+        frame: *u,
         models: models.chunks(MODEL_STRIDE as usize).map(<[f32]>::to_vec).collect(),
         windows: download_words(&windows),
         coverage: download_words(&coverage),
         levels: download_words(&levels),
+        kept: download_words(&kept),
     }
 }
 

@@ -1,0 +1,66 @@
+//! Copies of small buffers on their way from the GPU, read without blocking.
+
+use std::collections::VecDeque;
+use std::sync::{
+    Arc,
+    atomic::{AtomicBool, Ordering},
+};
+
+/// What was copied at the end of frames; `M` tells what each copy is about.
+#[derive(Debug)]
+pub(crate) struct Readback<M> {
+    pending: VecDeque<Pending<M>>,
+}
+
+#[derive(Debug)]
+struct Pending<M> {
+    about: M,
+    buffer: wgpu::Buffer,
+    is_mapped: Arc<AtomicBool>,
+}
+
+/// More frames than any caller has in flight. Encoders that were dropped leave their copies here, until these fall out.
+const MOST_PENDING: usize = 8;
+
+impl<M> Default for Readback<M> {
+    fn default() -> Self {
+        Self { pending: VecDeque::new() }
+    }
+}
+
+impl<M> Readback<M> {
+    /// Records a copy of all of `source`; it is mapped when the caller's submission is done.
+    pub fn record(
+        &mut self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        source: &wgpu::Buffer,
+        about: M,
+    ) {
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("quell readback"),
+            size: source.size(),
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        encoder.copy_buffer_to_buffer(source, 0, &buffer, 0, source.size());
+        let is_mapped = Arc::new(AtomicBool::new(false));
+        let mapped = Arc::clone(&is_mapped);
+        encoder.map_buffer_on_submit(&buffer, wgpu::MapMode::Read, .., move |result| {
+            mapped.store(result.is_ok(), Ordering::Release);
+        });
+        if self.pending.len() == MOST_PENDING {
+            self.pending.pop_front();
+        }
+        self.pending.push_back(Pending { about, buffer, is_mapped });
+    }
+
+    /// The newest copy that has arrived since the last call. Older ones will not be asked for any more.
+    pub fn newest<T: bytemuck::Pod>(&mut self) -> Option<(M, Vec<T>)> {
+        let is_mapped = |pending: &Pending<M>| pending.is_mapped.load(Ordering::Acquire);
+        let newest = self.pending.iter().rposition(is_mapped)?;
+        let Pending { about, buffer, .. } = self.pending.drain(..=newest).next_back()?;
+        let range = buffer.slice(..).get_mapped_range().ok()?;
+        Some((about, bytemuck::pod_collect_to_vec(&range)))
+    }
+}
