@@ -15,8 +15,8 @@ spread over its 64 pixels. `models` and `windows` count whole, though only few t
 a tile, which counts as a sector of 32 bytes. Uniforms and other \
 resources of constant size count nothing. `clears` is what `encode` sets to 0 before the passes. The first three columns \
 take the caller's images at the smallest accepted formats and without the optional ones, the last three at the largest and \
-with all. `frame` is the sum without `debug_view`, which runs on request, and without `gains` and `choose`, which run under a \
-budget.";
+with all. `frame` is the sum without `debug_view` and the `sample_` kernels, which run on request (the expected error that `compose` \
+then writes counts with those), and without `gains` and `choose`, which run under a budget.";
 
 /// Bytes per pixel, with the caller's images at their smallest and at their largest.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -41,7 +41,7 @@ impl AddAssign for Bytes {
 }
 
 /// The caller's images: smallest format, none for an optional image; largest format. As `FrameInputs` documents them.
-const CALLERS: [(&str, Option<TextureFormat>, TextureFormat); 10] = [
+const CALLERS: [(&str, Option<TextureFormat>, TextureFormat); 11] = [
     ("radiance", Some(TextureFormat::Rgba16Float), TextureFormat::Rgba32Float),
     ("albedo", Some(TextureFormat::Rgba8Unorm), TextureFormat::Rgba16Float),
     ("normal_roughness", Some(TextureFormat::Rgba8Snorm), TextureFormat::Rgba16Float),
@@ -50,6 +50,7 @@ const CALLERS: [(&str, Option<TextureFormat>, TextureFormat); 10] = [
     ("surface_id", None, TextureFormat::R32Uint),
     ("emission", None, TextureFormat::Rgba16Float),
     ("sample_count", None, TextureFormat::R32Uint),
+    ("samples", Some(TextureFormat::R32Uint), TextureFormat::R32Uint),
     ("output", Some(TextureFormat::Rgba16Float), TextureFormat::Rgba16Float),
     ("debug", Some(TextureFormat::Rgba16Float), TextureFormat::Rgba16Float),
 ];
@@ -61,7 +62,8 @@ const ALIASES: [(&str, &str); 1] = [("prediction", "reprojected")];
 const CLEARED: [&str; 2] = ["windows", "coverage"];
 
 /// What not every frame runs.
-pub const OUTSIDE_FRAME: [&str; 3] = ["gains", "choose", "debug_view"];
+pub const OUTSIDE_FRAME: [&str; 6] =
+    ["gains", "choose", "sample_gains", "sample_rate", "sample_map", "debug_view"];
 
 /// What a GPU's memory delivers at least.
 const SECTOR: f64 = 32.0;
@@ -100,11 +102,12 @@ fn of_binding(shader: &Shader, name: &str, owned: &BTreeMap<&str, f64>) -> [f64;
     // What a shader says of its own layout.
     let per_tile = |stride: u32| f64::from(stride * shader.element_bytes(name)) / f64::from(TILE * TILE);
     let bytes = match name {
-        // Written for one debug view only.
-        "mix_weight" if shader.name() == "compose" => 0.0,
+        // Written on request only.
+        "mix_weight" | "error" if shader.name() == "compose" => 0.0,
         "mix_weight" => owned["signal"],
+        "error" => owned["reprojected_noise"],
         // A few words.
-        "levels" | "histogram" => 0.0,
+        "levels" | "histogram" | "sample_histogram" => 0.0,
         // Of each tile the weight alone: a sector.
         "moments" if shader.name() == "centres" => SECTOR / f64::from(TILE * TILE),
         // Those of the change of the light are smaller than the buffer that both kinds use in turn.
