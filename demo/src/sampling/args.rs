@@ -20,6 +20,9 @@ pub struct SamplingArgs {
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [0.25, 0.5, 1.0, 2.0],
           value_parser = samples_per_pixel)]
     pub spp: Vec<f32>,
+    /// Walks with independent noise over which all figures are averaged
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub runs: u32,
     /// Another seed gives other noise
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u32,
@@ -30,7 +33,7 @@ pub struct SamplingArgs {
 
 impl SamplingArgs {
     pub fn options(self) -> SamplingOptions {
-        let Self { capture, scene, start, spp, seed, out } = self;
-        SamplingOptions { capture, scene, start_s: start, spp, seed, out }
+        let Self { capture, scene, start, spp, runs, seed, out } = self;
+        SamplingOptions { capture, scene, start_s: start, spp, runs, seed, out }
     }
 }

@@ -32,15 +32,20 @@ pub struct SamplingOptions {
     pub start_s: f32,
     /// Samples per pixel, in the mean.
     pub spp: Vec<f32>,
+    /// Walks with independent noise over which all figures are averaged, 1 and up.
+    pub runs: u32,
     pub seed: u32,
     /// Folder for `sampling.md`, `sampling.json` and pictures, created where needed.
     pub out: PathBuf,
 }
 
+/// By what, where and with how many samples a walk is made.
+type Way = (Method, Sampling, f32);
+
 /// Frames after the cut with which the walk begins that are told apart.
 const CUT_FRAMES: usize = 4;
 /// What all denoisers are compared with.
-const BASELINE: (Method, Sampling, f32) = (Method::Svgf, Sampling::Uniform, 1.0);
+const BASELINE: Way = (Method::Svgf, Sampling::Uniform, 1.0);
 /// Pixels on a side of the squares over which expected and true errors are averaged.
 const SQUARE: usize = 8;
 
@@ -68,6 +73,7 @@ pub struct SamplingReport {
     pub adapter: String,
     pub size: [u32; 2],
     pub frames: usize,
+    pub runs: u32,
     pub rows: Vec<SamplingRow>,
 }
 
@@ -76,48 +82,52 @@ pub fn sampling(gpu: &Gpu, options: &SamplingOptions) -> Result<SamplingReport> 
     let capture = CaptureReader::open(&options.capture)?;
     let header = *capture.header();
     let references = References::read(&capture)?;
-    let walk = Walk::new(
-        gpu,
-        WalkOptions {
-            scene: options.scene.clone(),
-            width: header.width,
-            height: header.height,
-            frames: capture.len() as u32,
-            fps: header.frame_time_s.recip(),
-            start_s: options.start_s,
-            spp: 1.0,
-            sampling: Sampling::Uniform,
-            seed: options.seed,
-        },
-    )?;
-    ensure_same_walk(&capture, &walk)?;
     std::fs::create_dir_all(&options.out)
         .with_context(|| format!("{}: cannot create the folder", options.out.display()))?;
 
     let ways = options.spp.iter().flat_map(|&spp| {
-        let checkerboard = (spp <= 0.5).then_some(Sampling::Checkerboard);
+        let checkerboard = (spp == 0.5).then_some(Sampling::Checkerboard);
         let ways = [Some(Sampling::Uniform), checkerboard, Some(Sampling::Adaptive)];
         ways.into_iter().flatten().map(move |sampling| (Method::Quell, sampling, spp))
     });
-    let ways: Vec<_> = std::iter::once(BASELINE).chain(ways).collect();
-    let progress = progress_bar((ways.len() * capture.len()) as u64, "sampling");
-    let mut rows = Vec::new();
-    for (method, sampling, spp) in ways {
-        let mut run = Run::new(gpu, &walk, method, sampling, spp)?;
-        for i in 0..capture.len() {
-            run.frame(i, references.of(i)).with_context(|| format!("frame {i}"))?;
-            progress.inc(1);
+    let ways: Vec<Way> = std::iter::once(BASELINE).chain(ways).collect();
+    let mut tallies = vec![Tally::default(); ways.len()];
+    let mut scene = String::new();
+    let progress = progress_bar(u64::from(options.runs) * (ways.len() * capture.len()) as u64, "sampling");
+    for run in 0..options.runs {
+        let walk = Walk::new(
+            gpu,
+            WalkOptions {
+                scene: options.scene.clone(),
+                width: header.width,
+                height: header.height,
+                frames: capture.len() as u32,
+                fps: header.frame_time_s.recip(),
+                start_s: options.start_s,
+                spp: 1.0,
+                sampling: Sampling::Uniform,
+                seed: options.seed.wrapping_add(run),
+            },
+        )?;
+        ensure_same_walk(&capture, &walk)?;
+        scene = walk.scene_name().to_owned();
+        for (&way, tally) in ways.iter().zip(&mut tallies) {
+            let mut run = Run::new(gpu, &walk, way, tally)?;
+            for i in 0..capture.len() {
+                run.frame(i, references.of(i)).with_context(|| format!("frame {i}"))?;
+                progress.inc(1);
+            }
+            run.write_pictures(&options.out)?;
         }
-        run.write_pictures(&options.out)?;
-        rows.push(run.finish());
     }
     progress.finish_and_clear();
     let report = SamplingReport {
-        scene: walk.scene_name().to_owned(),
+        scene,
         adapter: gpu.description(),
         size: [header.width, header.height],
         frames: capture.len(),
-        rows,
+        runs: options.runs,
+        rows: ways.iter().zip(tallies).map(|(&way, tally)| tally.row(way)).collect(),
     };
     write_json(&report, &options.out.join("sampling.json"))?;
     let path = options.out.join("sampling.md");
@@ -166,7 +176,16 @@ fn ensure_same_walk(capture: &CaptureReader, walk: &Walk) -> Result<()> {
     Ok(())
 }
 
-/// One way of sampling, frame by frame.
+/// What all runs of a way came to.
+#[derive(Debug, Clone, Default)]
+struct Tally {
+    /// Samples and pixels that see no sky.
+    traced: [f64; 2],
+    frames: Vec<(usize, FrameMetrics, Option<f64>)>,
+    correlations: Vec<f64>,
+}
+
+/// One walk in one way, frame by frame.
 struct Run<'a> {
     gpu: &'a Gpu,
     walk: &'a Walk,
@@ -174,17 +193,14 @@ struct Run<'a> {
     sampling: Sampling,
     spp: f32,
     debug: wgpu::TextureView,
-    /// Samples and pixels that see no sky.
-    traced: [f64; 2],
-    frames: Vec<(usize, FrameMetrics, Option<f64>)>,
-    correlations: Vec<f64>,
+    tally: &'a mut Tally,
     /// Image and reference of the frame before, where it had one.
     previous: Option<(ImageRgb, ImageRgb)>,
     last: Option<ImageRgb>,
 }
 
 impl<'a> Run<'a> {
-    fn new(gpu: &'a Gpu, walk: &'a Walk, method: Method, sampling: Sampling, spp: f32) -> Result<Self> {
+    fn new(gpu: &'a Gpu, walk: &'a Walk, (method, sampling, spp): Way, tally: &'a mut Tally) -> Result<Self> {
         let (width, height) = (walk.gbuffer().width, walk.gbuffer().height);
         Ok(Self {
             gpu,
@@ -193,9 +209,7 @@ impl<'a> Run<'a> {
             sampling,
             spp,
             debug: output_image(&gpu.device, width, height),
-            traced: [0.0; 2],
-            frames: Vec::new(),
-            correlations: Vec::new(),
+            tally,
             previous: None,
             last: None,
         })
@@ -226,10 +240,10 @@ impl<'a> Run<'a> {
             Some((i, r)) => Some(temporal_psnr(i, &image, r, reference)?),
             None => None,
         };
-        self.frames.push((i, compare(&image, reference)?, tpsnr_db));
+        self.tally.frames.push((i, compare(&image, reference)?, tpsnr_db));
         if self.runner.method() == Method::Quell {
             let expected = ImageRgb::read_back(gpu, self.debug.texture())?;
-            self.correlations.extend(error_correlation(&expected, &image, reference));
+            self.tally.correlations.extend(error_correlation(&expected, &image, reference));
         }
         self.last = Some(image.clone());
         self.previous = Some((image, reference.clone()));
@@ -243,8 +257,8 @@ impl<'a> Run<'a> {
         let (samples, depth): (Vec<u32>, Vec<f32>) =
             (bytemuck::pod_collect_to_vec(&samples), bytemuck::pod_collect_to_vec(&depth));
         for (&samples, _) in samples.iter().zip(&depth).filter(|(_, depth)| depth.is_finite()) {
-            self.traced[0] += f64::from(samples);
-            self.traced[1] += 1.0;
+            self.tally.traced[0] += f64::from(samples);
+            self.tally.traced[1] += 1.0;
         }
         Ok(())
     }
@@ -273,17 +287,19 @@ impl<'a> Run<'a> {
         }
         Ok(())
     }
+}
 
-    fn finish(self) -> SamplingRow {
+impl Tally {
+    fn row(self, (method, sampling, spp): Way) -> SamplingRow {
         let mean = |is_wanted: fn(usize) -> bool| {
             let frames = self.frames.iter().filter(move |(i, ..)| is_wanted(*i));
             MeanReport::of(frames.map(|&(_, metrics, tpsnr_db)| (metrics, tpsnr_db)))
         };
         let count = self.correlations.len() as f64;
         SamplingRow {
-            method: self.runner.method().name(),
-            sampling: self.sampling,
-            spp: self.spp,
+            method: method.name(),
+            sampling,
+            spp,
             traced_spp: self.traced[0] / self.traced[1].max(1.0),
             after_cut: mean(|i| i < CUT_FRAMES),
             walk: mean(|i| i >= CUT_FRAMES),
@@ -354,8 +370,9 @@ impl SamplingReport {
         rows.extend(self.rows.iter().map(row));
         let [width, height] = self.size;
         format!(
-            "{}, {width}x{height}, {} frames, on {}\n\n{}",
+            "{}, {width}x{height}, {} walks of {} frames, on {}\n\n{}",
             self.scene,
+            self.runs,
             self.frames,
             self.adapter,
             aligned(&rows, 2)
