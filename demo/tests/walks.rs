@@ -84,7 +84,7 @@ fn render_and_record_leave_the_same_walk() {
 
 fn check_metrics(path: &Path) {
     let json: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
-    assert_eq!(json["spp"], 1);
+    assert_eq!(json["spp"], 1.0);
     assert_eq!(json["reference_spp"], 4);
     assert_eq!(json["seed"], 7);
     let methods = json["methods"].as_array().unwrap();
