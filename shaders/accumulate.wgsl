@@ -84,8 +84,11 @@ fn accumulated(pixel: vec2<u32>, surface: Surface, z: array<f32, SURFACE_FEATURE
     let k = sample.w;
     // Without samples the history stays as it is; a pixel traced k times this frame enters with weight k.
     let count = joined_count(old.w, k);
+    // In all pixels alike, sampled or not: neighbours are blended when history is resampled.
+    let flips = select(vec3(1.0), vec3(-1.0), vec3(frame.index) % vec3(1u, 2u, 4u) == vec3(0u));
+    let flipped = flips * relit.noise.deviations;
     if k == 0.0 {
-        return Accumulated(vec4(old.rgb, count), relit.noise);
+        return Accumulated(vec4(old.rgb, count), Noise(relit.noise.variance, flipped));
     }
     let colour = sample.rgb * min(1.0, relit.most / max(luminance(sample.rgb), 1e-30));
     let alpha = k / count;
@@ -104,8 +107,7 @@ fn accumulated(pixel: vec2<u32>, surface: Surface, z: array<f32, SURFACE_FEATURE
             innovation = luminance(colour) - spread.mean;
         }
     }
-    let flips = select(vec3(1.0), vec3(-1.0), vec3(frame.index) % vec3(1u, 2u, 4u) == vec3(0u));
-    let deviations = alpha * innovation + flips * (1.0 - alpha) * relit.noise.deviations;
+    let deviations = alpha * innovation + (1.0 - alpha) * flipped;
     return Accumulated(vec4(mix(old.rgb, colour, alpha), count), Noise(v, deviations));
 }
 

@@ -63,7 +63,10 @@ pub struct Settings {
     ///
     /// Misses are passed through untouched. Depth that is not finite or not positive is a miss as well.
     pub far: f32,
-    /// Largest effective number of samples that history may count for; 1 to 1024, default 32.
+    /// How long history is, in frames of one sample per pixel; 1 to 1024, default 32.
+    ///
+    /// So many samples it keeps whole, whenever they were traced; of more it loses this share, one in `max_history`, per frame. So
+    /// `k` samples per pixel and frame come to count for `k * max_history`.
     ///
     /// Higher keeps more detail and less noise; lower follows changes of the light sooner.
     pub max_history: f32,

@@ -141,6 +141,34 @@ fn a_checkerboard_of_samples_is_denoised_as_well_as_half_the_frames() {
     assert!(last.0 > last.1 - 1.0, "{last:?}");
 }
 
+/// While the camera moves, history is resampled far more often than it gets samples: noise that blurs must not pass for light that
+/// the models do not know.
+#[test]
+fn few_samples_are_not_mistaken_for_detail() {
+    let alone = Settings { mix_temporal_mean: false, ..Settings::default() };
+    let (mut mixed, mut models) = (denoiser(SIZE), denoiser(SIZE));
+    let mut last = (0.0, 0.0);
+    for (i, mut sparse) in walk(SIZE, 24, Vec3::new(0.013, 0.0, -0.01), 300).enumerate() {
+        for (p, samples) in sparse.samples.iter_mut().enumerate() {
+            let (x, y) = (p % SIZE[0] as usize, p / SIZE[0] as usize);
+            let turn = (0.754_877 * x as f64 + 0.569_840 * y as f64 + 0.618_034 * i as f64).fract();
+            *samples = u32::from(turn > 0.75);
+        }
+        // The walls, which no shadow falls on.
+        let of_walls = |image: &[[f32; 3]]| -> Vec<[f32; 3]> {
+            let pixels = image.iter().zip(&sparse.id);
+            pixels.filter(|&(_, &id)| id > 1).map(|(pixel, _)| *pixel).collect()
+        };
+        let mut measure = |denoiser: &mut Denoiser, settings: &Settings| {
+            let output = denoise_and_accumulate(denoiser, &sparse, settings).0;
+            psnr(&of_walls(&output), &of_walls(&sparse.truth))
+        };
+        last = (measure(&mut mixed, &Settings::default()), measure(&mut models, &alone));
+    }
+    println!("a quarter of a sample per pixel: {:.2} dB, models alone {:.2} dB", last.0, last.1);
+    assert!(last.0 > last.1 - 0.3, "{last:?}");
+}
+
 /// Two ids that no other feature tells apart: the border between them stays sharp.
 #[test]
 fn light_does_not_bleed_between_surface_ids() {

@@ -215,9 +215,12 @@ fn check(innovation: bool, firefly_limit: f32, index: u32) -> (usize, usize) {
         let relit = relight(&u, i, &surfaces[i], old[i], old_noise[i], &models);
         let ([r, g, b], k) = (relit.mean, signal[i][3]);
         moved += usize::from(relit.mean != rgb(&old[i]));
+        // Samples' signs flip every one, two and four frames.
+        let flip = |s: usize| if u.index.is_multiple_of(1 << s) { -1.0 } else { 1.0 };
+        let flipped: [f64; 3] = std::array::from_fn(|s| flip(s) * relit.noise.deviations[s]);
         if k == 0.0 {
             expected.push([r, g, b, joined_count(relit.count, 0.0)]);
-            expected_noise.push(relit.noise);
+            expected_noise.push(Noise { deviations: flipped, ..relit.noise });
             continue;
         }
         let uncut = luminance(rgb(&signal[i]));
@@ -237,11 +240,7 @@ fn check(innovation: bool, firefly_limit: f32, index: u32) -> (usize, usize) {
         let old_v = relit.noise.variance;
         let variance =
             if first || n < 4.0 { spread } else { old_v + alpha * (new_share * k * d * d - old_v) };
-        // Their samples' signs flip every one, two and four frames.
-        let deviations = std::array::from_fn(|s| {
-            let flip = if u.index.is_multiple_of(1 << s) { -1.0 } else { 1.0 };
-            alpha * innovation + flip * (1.0 - alpha) * relit.noise.deviations[s]
-        });
+        let deviations = flipped.map(|old| alpha * innovation + (1.0 - alpha) * old);
         expected_noise.push(Noise { variance, deviations });
     }
     // One dithered step of a half float.
