@@ -34,6 +34,8 @@ pub struct BudgetsArgs {
 const SHARES: [u32; 4] = [100, 75, 50, 25];
 /// Rounds where nothing has to settle; the first two thirds only warm up.
 const UNPACED_ROUNDS: u32 = 3;
+/// Each round begins with a cut, whose frames take longer; what is measured is the steady state after it.
+const CUT_FRAMES: usize = 4;
 
 /// What `budgets.json` holds.
 #[derive(Debug, Serialize)]
@@ -141,7 +143,7 @@ impl Played<'_> {
                 };
                 let time = stopwatch.measure(gpu, &mut runner, &frame)?;
                 measured_ms = (stopwatch.clock() == Clock::Wall).then_some(time.frame_ms as f32);
-                if 3 * round >= 2 * rounds {
+                if 3 * round >= 2 * rounds && i >= CUT_FRAMES.min(self.frames.len() / 2) {
                     times_ms.push(time.frame_ms);
                     counts.extend(runner.statistics());
                 }
