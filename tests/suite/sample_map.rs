@@ -1,9 +1,9 @@
 //! Where further samples are asked for.
 
 use crate::gpu::{blank, download};
-use crate::sequence::{Frame, denoiser, frame, submit};
+use crate::sequence::{Frame, denoiser, frame, read_output, submit, walk};
 use glam::Vec3;
-use quell::{Denoiser, FrameError, FrameInputs, HistoryMode, SampleMap, Settings};
+use quell::{DebugView, Denoiser, FrameError, FrameInputs, HistoryMode, SampleMap, Settings};
 use wgpu::TextureFormat as Format;
 
 const SIZE: [u32; 2] = [190, 125];
@@ -119,6 +119,62 @@ fn what_comes_into_view_gets_more_at_once() {
     let new = mean(&next, &samples, |x, _| x < 12);
     let old = mean(&next, &samples, |x, _| x > 40);
     assert!(new > 2.0 * old, "{new} against {old}");
+}
+
+/// Ranks from 0.
+fn ranks(values: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
+    let mut ranks = vec![0.0; values.len()];
+    order.into_iter().enumerate().for_each(|(rank, i)| ranks[i] = rank as f64);
+    ranks
+}
+
+/// Spearman's rank correlation, without ties.
+fn rank_correlation(a: &[f64], b: &[f64]) -> f64 {
+    let n = a.len() as f64;
+    let squares: f64 = ranks(a).iter().zip(ranks(b)).map(|(a, b)| (a - b).powi(2)).sum();
+    1.0 - 6.0 * squares / (n * (n * n - 1.0))
+}
+
+#[test]
+fn the_expected_error_follows_the_true_one() {
+    let luminance = |[r, g, b]: [f32; 3]| f64::from(0.2126 * r + 0.7152 * g + 0.0722 * b);
+    let mut quell = denoiser(SIZE);
+    let [columns, rows] = SIZE.map(|side| (side / 8) as usize);
+    let mut sums = vec![[0.0; 2]; columns * rows]; // expected and true squared errors
+    for (i, frame) in walk(SIZE, 20, Vec3::new(0.013, 0.0, -0.01), 7).enumerate() {
+        let images = frame.upload();
+        let debug = &blank(SIZE, Format::Rgba16Float);
+        let inputs = FrameInputs {
+            debug: Some((DebugView::OutputError, debug)),
+            ..images.inputs(frame.camera, HistoryMode::Continue)
+        };
+        submit(&mut quell, &inputs, &Settings::default());
+        if i < 8 {
+            continue;
+        }
+        let (output, expected) = (read_output(&images.output), read_output(debug));
+        for p in 0..output.len() {
+            let (x, y) = (p % SIZE[0] as usize / 8, p / SIZE[0] as usize / 8);
+            if x < columns && y < rows && frame.depth[p].is_finite() {
+                let sum = &mut sums[y * columns + x];
+                sum[0] += f64::from(expected[p][0]).powi(2);
+                sum[1] += (luminance(output[p]) - luminance(frame.truth[p])).powi(2);
+            }
+        }
+    }
+    let known: Vec<[f64; 2]> = sums.into_iter().filter(|sum| sum[0] > 0.0).collect();
+    let side = |side: usize| known.iter().map(|sum| sum[side]).collect::<Vec<_>>();
+    let (expected, truth) = (side(0), side(1));
+    let correlation = rank_correlation(&expected, &truth);
+    let ratio = expected.iter().sum::<f64>() / truth.iter().sum::<f64>();
+    println!("rank correlation {correlation:.2}, expected over true squared error {ratio:.2}");
+    assert!(correlation > 0.6, "{correlation}");
+    assert!((0.3..3.0).contains(&ratio), "{ratio}");
+    // Another order has none.
+    let turned: Vec<f64> = truth.iter().rev().copied().collect();
+    assert!(rank_correlation(&expected, &turned) < 0.4);
 }
 
 #[test]
