@@ -85,6 +85,9 @@
 //!   history is then black wherever the camera moves.
 //! - **Cuts**: say [`HistoryMode::Restart`]. **Resizes**: [`Denoiser::resize`].
 //! - **Several cameras**: one [`Denoiser`] each, with shared [`Pipelines`].
+//! - **Samples**: give [`FrameInputs::sample_count`] where pixels get different numbers of them; those without any are predicted. A
+//!   [`SampleMap`] receives what the next frame should be traced with, down to a sixteenth of a sample per pixel.
+//! - **Time**: a [`Budget`] limits the models of a frame, or chooses their number by the frame's time.
 //! - **Limits of this version**: history follows surfaces, so reflections in curved mirrors smear under motion; a change of
 //!   the light that is small against the noise of a few hundred samples is not noticed in one frame and fades in over
 //!   [`Settings::max_history`] samples.
