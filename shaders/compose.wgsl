@@ -54,18 +54,20 @@ fn compose(
         return;
     }
     let mean = textureLoad(history, id.xy, 0);
-    if is_miss(unpack_surface(textureLoad(guide, id.xy, 0).xy)) {
+    let surface = unpack_surface(textureLoad(guide, id.xy, 0).xy);
+    if is_miss(surface) {
         show(id.xy, mean.rgb, 0.0, 1.0);
         return;
     }
     let predicted = unpack_prediction(textureLoad(prediction, id.xy, 0).xy);
-    let mixed = temporal_mix(corner, vec2<i32>(local.xy) + BORDER, predicted, mean);
+    let place = vec2<i32>(local.xy) + BORDER;
+    let found = temporal_mix(middle_of(surface, corner, place), corner, place, predicted, mean);
     let reflectance = demodulator(textureLoad(albedo, id.xy, 0).rgb);
-    var composed = mix(predicted.signal, mean.rgb, mixed.share) * reflectance;
+    var composed = mix(predicted.signal, mean.rgb, found.share) * reflectance;
     if has(frame, FLAG_EMISSION) {
         composed += repair_emission(textureLoad(emission, id.xy, 0).rgb);
     }
-    show(id.xy, composed, sqrt(expected_square(mixed)) * luminance(reflectance), mixed.share);
+    show(id.xy, composed, sqrt(found.square) * luminance(reflectance), found.share);
 }
 
 fn show(pixel: vec2<u32>, radiance: vec3<f32>, deviation: f32, share: f32) {
@@ -111,8 +113,7 @@ struct Middle {
     position: vec3<f32>,
 }
 
-fn middle_at(corner: vec2<i32>, place: vec2<i32>) -> Middle {
-    let surface = unpack_surface(surfaces[place.y * SIDE + place.x]);
+fn middle_of(surface: Surface, corner: vec2<i32>, place: vec2<i32>) -> Middle {
     return Middle(surface, position_of(frame, frame.current, vec2<f32>(corner + place), surface.depth));
 }
 
@@ -124,7 +125,7 @@ fn related(middle: Middle, corner: vec2<i32>, place: vec2<i32>) -> bool {
 }
 
 fn smooth_cell(corner: vec2<i32>, place: vec2<i32>) {
-    let middle = middle_at(corner, place);
+    let middle = middle_of(unpack_surface(surfaces[place.y * SIDE + place.x]), corner, place);
     var sum = vec4(0.0);
     var count = 0.0;
     for (var y = -SMOOTH_RADIUS; y <= SMOOTH_RADIUS; y++) {
@@ -142,29 +143,24 @@ fn smooth_cell(corner: vec2<i32>, place: vec2<i32>) {
 }
 
 struct Mix {
-    share: f32,    // of the temporal mean
-    variance: f32, // of the temporal mean
+    share: f32,  // of the temporal mean
+    square: f32, // expected squared error
 }
 
 // How much of the mean's variance is left in a model that is fitted to the least window: its coefficients over the pixels.
 const MODEL_SHARE = f32(FEATURES + 1u) / f32(5u * TILE * TILE);
 
-// Mean squared error of the mix. With the best share B / (B + V) the model's error and the mean's noise leave B V / (B + V).
-fn expected_square(mixed: Mix) -> f32 {
-    return mixed.variance * mix(MODEL_SHARE, 1.0, mixed.share);
+// What is left of the mean's noise, the model's error, and the noise that the model has of its own.
+fn mixed(share: f32, model_error: f32, variance: f32) -> Mix {
+    let rest = 1.0 - share;
+    return Mix(share, share * share * variance + rest * (rest * model_error + MODEL_SHARE * variance));
 }
 
 // The temporal mean differs from the prediction by the model's error and by its own noise. The best mix gives it the share
 // B / (B + V), with B the model's squared error and V the mean's variance. B is what the smoothed residuals have more of than
 // the smoothed deviations, which hold noise alone, blended and resampled like the mean's. All are pooled: a pixel's own
 // variance is low just where its samples happen to be dark, and would keep them so.
-fn temporal_mix(corner: vec2<i32>, place: vec2<i32>, predicted: Prediction, mean: vec4<f32>) -> Mix {
-    let middle = middle_at(corner, place);
-    if is_miss(middle.surface) {
-        let l = luminance(select(mean.rgb, predicted.signal, is_known(predicted)));
-        // Without samples the prediction is all there is, without any model near the temporal mean: as good as one sample.
-        return Mix(select(1.0, 0.0, is_known(predicted)), max(predicted.relative_noise, 1.0) * l * l);
-    }
+fn temporal_mix(middle: Middle, corner: vec2<i32>, place: vec2<i32>, predicted: Prediction, mean: vec4<f32>) -> Mix {
     var squares = vec2(0.0); // squares of residuals and of deviations
     var variance = vec2(0.0);
     var pooled = 0.0;
@@ -178,13 +174,20 @@ fn temporal_mix(corner: vec2<i32>, place: vec2<i32>, predicted: Prediction, mean
             }
         }
     }
-    let noise = max(variance.x, variance.y);
-    let beyond = squares.x - CHANCE * squares.y;
-    if beyond <= 0.0 || !has(frame, FLAG_MIX) {
-        return Mix(0.0, noise / pooled);
+    // Without any model near, the temporal mean is all there is.
+    var share = select(1.0, 0.0, is_known(predicted));
+    if pooled == 0.0 {
+        // Nothing is known of the error: as good as one sample.
+        let l = luminance(select(mean.rgb, predicted.signal, is_known(predicted)));
+        return Mix(share, max(predicted.relative_noise, 1.0) * l * l);
     }
+    let noise = max(variance.x, variance.y);
+    let beyond = max(squares.x - CHANCE * squares.y, 0.0);
     // Firmer than the plain difference: what is hardly beyond chance is chance more often than not.
-    let bias = beyond * beyond / squares.x;
-    // A pixel alone says nothing about the model.
-    return Mix(bias / (bias + noise) * (1.0 - 1.0 / (pooled * pooled)), noise / pooled);
+    let error = beyond * beyond / max(squares.x, 1e-30);
+    if has(frame, FLAG_MIX) && error > 0.0 && mean.w > 0.0 && is_known(predicted) {
+        // A pixel alone says nothing about the model.
+        share = error / (error + noise) * (1.0 - 1.0 / (pooled * pooled));
+    }
+    return mixed(share, error / pooled, noise / pooled);
 }

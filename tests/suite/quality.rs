@@ -159,7 +159,7 @@ fn few_samples_are_not_mistaken_for_detail() {
             let pixels = image.iter().zip(&sparse.id);
             pixels.filter(|&(_, &id)| id > 1).map(|(pixel, _)| *pixel).collect()
         };
-        let mut measure = |denoiser: &mut Denoiser, settings: &Settings| {
+        let measure = |denoiser: &mut Denoiser, settings: &Settings| {
             let output = denoise_and_accumulate(denoiser, &sparse, settings).0;
             psnr(&of_walls(&output), &of_walls(&sparse.truth))
         };

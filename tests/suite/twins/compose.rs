@@ -129,13 +129,15 @@ fn matches_its_twin_on_random_images() {
             let filtered = prediction[i].signal[c] + share * (history[i][c] - prediction[i].signal[c]);
             filtered * albedo[i][c].max(0.02) + [0.25, 0.5, 0.0][c]
         });
-        // Of the mean's variance the share is left, and what twelve coefficients hold of it that 320 pixels were fitted to.
-        let square = if counts(i) {
-            variance / pool.len() as f64 * (share + (1.0 - share) * 12.0 / 320.0)
-        } else if prediction[i].is_known() {
-            prediction[i].relative_noise.max(1.0) * luminance(prediction[i].signal).powi(2) * 12.0 / 320.0
+        // What is left of the mean's noise and of the model's error, and noise of the model: twelve coefficients, 320 pixels.
+        let per_pixel = |sum: f64| sum / pool.len() as f64;
+        let square = if pool.is_empty() {
+            let l = if prediction[i].is_known() { prediction[i].signal } else { rgb(&history[i]) };
+            prediction[i].relative_noise.max(1.0) * luminance(l).powi(2)
         } else {
-            luminance(rgb(&history[i])).powi(2)
+            let rest = 1.0 - share;
+            let own_noise = rest * 12.0 / 320.0;
+            per_pixel(variance) * (share * share + own_noise) + rest * rest * per_pixel(error)
         };
         let reflectance = std::array::from_fn(|c| albedo[i][c].max(0.02));
         expected.push([colour[0], colour[1], colour[2], 1.0]);
