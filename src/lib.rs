@@ -85,6 +85,10 @@
 //!   history is then black wherever the camera moves.
 //! - **Cuts**: say [`HistoryMode::Restart`]. **Resizes**: [`Denoiser::resize`].
 //! - **Several cameras**: one [`Denoiser`] each, with shared [`Pipelines`].
+//! - **Anti-aliasing**: the output lies where [`Camera::jitter_px`] says, so its edges step from frame to frame as the G-buffer's
+//!   do; history is kept without jitter. TAA or an upscaler goes after quell, usually after tonemapping, and takes quell's
+//!   output, your motion and the same jitter. Inside quell it would be a second history of the image, before the tonemapping
+//!   that it should follow.
 //! - **Limits of this version**: history follows surfaces, so reflections in curved mirrors smear under motion; a change of
 //!   the light that is small against the noise of a few hundred samples is not noticed in one frame and fades in over
 //!   [`Settings::max_history`] samples.

@@ -15,10 +15,10 @@
 @group(0) @binding(4) var prev_output: texture_2d<f32>;
 @group(0) @binding(5) var output: texture_storage_2d<rgba16float, write>;
 
-// Weight of a new frame; about the last 2 / ALPHA count, which is what a jitter of 16 offsets needs.
-const ALPHA = 0.1;
-// Deviations from the mean that history may differ by. With 1, an edge that few of 3x3 pixels lie beyond would be pulled
-// to one side; more keeps ghosts.
+// Weight of a new frame; about the last 2 / ALPHA count. Less shimmers less on a still view and lags more in motion.
+const ALPHA = 0.15;
+// Deviations from the mean that history may differ by. Above the root of 2, a line in one of three columns of the
+// neighbourhood stays as it is; more keeps ghosts.
 const DEVIATIONS = 1.5;
 // Logarithm of the factor by which history's depth may be outside the neighbourhood's.
 const DEPTH_TOLERANCE = 0.1;
