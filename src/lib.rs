@@ -88,6 +88,10 @@
 //! - **Samples**: give [`FrameInputs::sample_count`] where pixels get different numbers of them; those without any are predicted. A
 //!   [`SampleMap`] receives what the next frame should be traced with, down to a sixteenth of a sample per pixel.
 //! - **Time**: a [`Budget`] limits the models of a frame, or chooses their number by the frame's time.
+//! - **Anti-aliasing**: the output lies where [`Camera::jitter_px`] says, so its edges step from frame to frame as the G-buffer's
+//!   do; history is kept without jitter. TAA or an upscaler goes after quell, usually after tonemapping, and takes quell's
+//!   output, your motion and the same jitter. Inside quell it would be a second history of the image, before the tonemapping
+//!   that it should follow.
 //! - **Limits of this version**: history follows surfaces, so reflections in curved mirrors smear under motion; a change of
 //!   the light that is small against the noise of a few hundred samples is not noticed in one frame and fades in over
 //!   [`Settings::max_history`] samples.

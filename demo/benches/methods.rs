@@ -27,6 +27,7 @@ static WALK: LazyLock<(Gpu, Walk)> = LazyLock::new(|| {
         spp: 1.0,
         sampling: Sampling::Uniform,
         seed: 0,
+        jitter: false,
     };
     let walk = Walk::new(&gpu, options).expect("the gallery is built in");
     (gpu, walk)

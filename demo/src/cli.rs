@@ -119,6 +119,9 @@ pub struct WalkArgs {
     /// Another seed gives other noise
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u32,
+    /// Move the samples within the pixel from frame to frame, and average references over the pixel
+    #[arg(long)]
+    pub jitter: bool,
     /// Also trace reference images of this many samples per pixel, and measure against them
     #[arg(long, value_name = "SPP", default_value_t = 0)]
     pub reference: u32,
@@ -143,6 +146,7 @@ impl WalkArgs {
             spp: self.spp,
             sampling: self.sampling,
             seed: self.seed,
+            jitter: self.jitter,
         }
     }
 
@@ -159,6 +163,9 @@ pub struct RenderArgs {
     /// What to show side by side, e.g. none,svgf,quell; may be given more than once
     #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',', default_values_t = METHODS)]
     pub method: Vec<Method>,
+    /// Follow every method by temporal antialiasing
+    #[arg(long, requires = "jitter")]
+    pub antialias: bool,
 }
 
 /// `quell-demo record`
@@ -272,11 +279,12 @@ fn run_walkthrough(args: WalkthroughArgs) -> Result<()> {
                 spp: 1.0,
                 sampling: Sampling::Uniform,
                 seed: args.seed,
+                jitter: false,
                 reference: 0,
                 reference_frames: None,
                 out: HEADLESS_OUT.into(),
             };
-            run_render(&RenderArgs { walk, method: METHODS.to_vec() })
+            run_render(&RenderArgs { walk, method: METHODS.to_vec(), antialias: false })
         }
         result => Ok(result?),
     }
@@ -291,8 +299,13 @@ fn run_render(args: &RenderArgs) -> Result<()> {
             methods.push(method);
         }
     }
-    let options =
-        RenderOptions { walk: walk.walk(), references: walk.references(), methods, out: walk.out.clone() };
+    let options = RenderOptions {
+        walk: walk.walk(),
+        references: walk.references(),
+        methods,
+        antialias: args.antialias,
+        out: walk.out.clone(),
+    };
     let report = render(&Gpu::new()?, &options)?;
     say(&format!("{}wrote {}\n", report.summary(), walk.out.display()))
 }

@@ -9,6 +9,7 @@ pub mod correlation;
 pub mod gbuffer;
 pub mod gpu;
 pub mod gpu_timer;
+pub mod halton;
 pub mod html;
 pub mod image;
 pub mod method;

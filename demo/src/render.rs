@@ -4,6 +4,7 @@ use crate::contact_sheet::ContactSheet;
 use crate::gpu::Gpu;
 use crate::image::ImageRgb;
 use crate::method::{Method, MethodFrame, MethodRunner};
+use crate::peers::{Antialias, PeerFrame};
 use crate::quality::{HEADINGS, MeanReport, QualityRecorder, QualityReport, columns, median, write_json};
 use crate::tracer::Sampling;
 use crate::walk::{References, Walk, WalkOptions};
@@ -22,6 +23,8 @@ pub struct RenderOptions {
     pub references: References,
     /// Side by side, in this order; none twice.
     pub methods: Vec<Method>,
+    /// Whether each method's output goes through temporal antialiasing; needs a walk with jitter.
+    pub antialias: bool,
     /// Folder for the results, created where needed.
     pub out: PathBuf,
 }
@@ -34,6 +37,8 @@ pub struct RenderReport {
     pub sampling: Sampling,
     pub reference_spp: u32,
     pub seed: u32,
+    pub jitter: bool,
+    pub antialias: bool,
     /// Median milliseconds of the path tracer and of each method, from submission until the GPU is done.
     pub wall_ms: BTreeMap<String, f64>,
     /// Quality of each method on the same samples; empty without references.
@@ -74,11 +79,15 @@ fn label_of(method: Method) -> &'static str {
 /// their names), `reference/`, `contact_sheet.png` and `metrics.json` in `out`.
 pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
     let walk = Walk::new(gpu, options.walk.clone())?;
-    let WalkOptions { width, height, frames, spp, sampling, seed, .. } = options.walk;
+    let WalkOptions { width, height, frames, spp, sampling, seed, jitter, .. } = options.walk;
     let chosen = options.references.chosen(frames)?;
     ensure!(
         sampling != Sampling::Adaptive || options.methods.contains(&Method::Quell),
         "adaptive sampling needs quell among the methods: it says where the samples go"
+    );
+    ensure!(
+        jitter || !options.antialias,
+        "antialiasing needs jitter: without, every frame shows the same steps"
     );
     let folder = |name: &str| -> Result<PathBuf> {
         let path = options.out.join(name);
@@ -94,6 +103,8 @@ pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
     for &method in methods {
         runners.push(MethodRunner::new(gpu, method, width, height)?);
     }
+    let antialias = || options.antialias.then(|| Antialias::new(&gpu.device, width, height));
+    let mut antialias: Vec<_> = methods.iter().map(|_| antialias()).collect();
     let mut quality: Vec<_> = methods.iter().map(|_| QualityRecorder::new()).collect();
     let mut sheet = ContactSheet::new();
     let mut times = WallTimes::default();
@@ -109,17 +120,30 @@ pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
             sample_budget,
             ..MethodFrame::new(walk.gbuffer(), walk.view(i).camera, i == 0, &settings)
         };
-        for runner in &mut runners {
+        for (runner, antialias) in runners.iter_mut().zip(&mut antialias) {
             times.measure(gpu, runner.method().name(), |encoder| {
                 runner.encode(gpu, encoder, &frame).with_context(|| format!("frame {i}"))?;
                 Ok(())
             })?;
+            if let Some(antialias) = antialias {
+                let peer_frame = PeerFrame {
+                    camera: frame.camera,
+                    restart: frame.restart,
+                    far: settings.far,
+                    max_history: settings.max_history,
+                };
+                times.measure(gpu, ANTIALIAS, |encoder| {
+                    antialias.encode(gpu, encoder, walk.gbuffer(), runner.output(), &peer_frame);
+                    Ok(())
+                })?;
+            }
         }
 
-        let images = runners
-            .iter()
-            .map(|runner| ImageRgb::read_back(gpu, runner.output().texture()))
-            .collect::<Result<Vec<_>>>()?;
+        let shown = |(runner, antialias): (&MethodRunner, &Option<Antialias>)| {
+            let image = antialias.as_ref().map_or(runner.output(), Antialias::output);
+            ImageRgb::read_back(gpu, image.texture())
+        };
+        let images = runners.iter().zip(&antialias).map(shown).collect::<Result<Vec<_>>>()?;
         let name = format!("frame_{i:04}.png");
         for (image, folder) in images.iter().zip(&folders) {
             image.write_png(&folder.join(&name))?;
@@ -165,6 +189,8 @@ pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
         sampling,
         reference_spp: options.references.spp,
         seed,
+        jitter,
+        antialias: options.antialias,
         wall_ms: times.medians(),
         methods: quality.into_iter().zip(methods.iter().copied()).filter_map(finish).collect(),
     };
@@ -188,14 +214,20 @@ impl RenderReport {
         use std::fmt::Write;
         let mut out = String::new();
         if let Some(first) = self.methods.first() {
+            let camera = match (self.jitter, self.antialias) {
+                (true, true) => ", jittered and antialiased",
+                (true, false) => ", jittered",
+                _ => "",
+            };
             let _ = writeln!(
                 out,
-                "{}: {}x{}, {} spp ({:?}), means of {} frames against {} spp, on {}",
+                "{}: {}x{}, {} spp ({:?}){}, means of {} frames against {} spp, on {}",
                 self.scene,
                 first.width,
                 first.height,
                 self.spp,
                 self.sampling,
+                camera,
                 first.frames.len(),
                 self.reference_spp,
                 first.adapter
@@ -220,6 +252,7 @@ impl RenderReport {
 }
 
 const TRACER: &str = "path tracer";
+const ANTIALIAS: &str = "antialias";
 
 /// Wall times of submissions, waited for one by one. Not a benchmark: it includes what submitting and waiting costs.
 #[derive(Default)]

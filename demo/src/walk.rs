@@ -2,6 +2,7 @@
 
 use crate::gbuffer::GBuffer;
 use crate::gpu::Gpu;
+use crate::halton;
 use crate::image::ImageRgb;
 use crate::scene::{Scene, gallery, gltf};
 use crate::tracer::{FrameView, ReferenceImage, Sampling, TraceSettings, Tracer, camera_of};
@@ -25,6 +26,8 @@ pub struct WalkOptions {
     /// With [`Sampling::Adaptive`] the first frame is sampled uniformly.
     pub sampling: Sampling,
     pub seed: u32,
+    /// Whether samples lie elsewhere in the pixel in every frame, and all over it in references.
+    pub jitter: bool,
 }
 
 /// Loads a scene, or builds the gallery. Says on standard error what of a file is not shown.
@@ -84,7 +87,11 @@ impl Walk {
         let at = |index: u32| {
             let time_s = self.options.start_s + index as f32 / self.options.fps;
             let pose = self.scene.camera(time_s);
-            (camera_of(&pose, self.options.width, self.options.height), time_s)
+            let mut camera = camera_of(&pose, self.options.width, self.options.height);
+            if self.options.jitter {
+                camera.jitter_px = halton::jitter_px(index);
+            }
+            (camera, time_s)
         };
         let (camera, time_s) = at(index);
         FrameView { camera, time_s, previous: index.checked_sub(1).map(at) }
@@ -113,13 +120,20 @@ impl Walk {
         self.tracer.encode(gpu, encoder, &self.view(index), &settings, &self.gbuffer);
     }
 
-    /// Frame `index` traced with `spp` samples per pixel. Waits for the GPU; `progress` hears of samples as they are done.
+    /// Frame `index` traced with `spp` samples per pixel, with jitter each elsewhere in the pixel. Waits for the GPU; `progress`
+    /// hears of samples as they are done.
     pub fn reference(&self, gpu: &Gpu, index: u32, spp: u32, progress: impl Fn(u32)) -> Result<ImageRgb> {
-        let WalkOptions { width, height, seed, .. } = self.options;
+        let WalkOptions { width, height, seed, jitter, .. } = self.options;
         let image = ReferenceImage::new(&gpu.device, width, height);
-        let view = self.view(index);
+        let mut view = self.view(index);
+        // The samples of a batch share their place in the pixel.
+        let batch_spp = if jitter { 1 } else { REFERENCE_BATCH_SPP };
+        let offsets = halton::offsets_px(spp);
         while image.samples() < spp {
-            let batch = REFERENCE_BATCH_SPP.min(spp - image.samples());
+            let batch = batch_spp.min(spp - image.samples());
+            if jitter {
+                view.camera.jitter_px = offsets[image.samples() as usize];
+            }
             let settings = TraceSettings {
                 spp: batch as f32,
                 seed: seed ^ REFERENCE_SEED,

@@ -25,6 +25,7 @@ fn quell_and_the_peers_beat_accumulation_on_a_traced_walk() {
         spp: 1.0,
         sampling: Sampling::Uniform,
         seed: 0,
+        jitter: false,
     };
     let walk = Walk::new(&gpu, options).unwrap();
     let settings = quell::Settings::default();

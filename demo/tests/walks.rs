@@ -131,6 +131,43 @@ fn any_methods_are_rendered_side_by_side() {
 }
 
 #[test]
+fn jitter_and_antialiasing_change_what_they_say() {
+    let folder = tempfile::tempdir().unwrap();
+    let rendered = |name: &str, more: &[&str]| {
+        let out = folder.path().join(name);
+        let references = ["--method", "none", "--reference", "4", "--reference-frames", "2"];
+        let summary = assert_succeeds(&walk("render", &out, &[&references, more].concat()));
+        let json = std::fs::read_to_string(out.join("metrics.json")).unwrap();
+        let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+        assert_eq!(json["jitter"], more.contains(&"--jitter"));
+        assert_eq!(json["antialias"], more.contains(&"--antialias"));
+        assert_eq!(summary.contains("antialiased"), more.contains(&"--antialias"), "{summary}");
+        [frame_png(&out.join("noisy"), 2), frame_png(&out.join("reference"), 2)]
+    };
+    let [plain, plain_reference] = rendered("plain", &[]);
+    let [jittered, jittered_reference] = rendered("jittered", &["--jitter"]);
+    let [antialiased, antialiased_reference] = rendered("antialiased", &["--jitter", "--antialias"]);
+    assert!(mean_difference(&plain, &jittered) > 1.0 && mean_difference(&jittered, &antialiased) > 1.0);
+    assert!(mean_difference(&plain_reference, &jittered_reference) > 1.0);
+    assert_eq!(jittered_reference, antialiased_reference);
+
+    let capture = folder.path().join("capture");
+    assert_succeeds(&walk("record", &capture, &["--jitter"]));
+    let json = std::fs::read_to_string(capture.join("capture.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    for (i, frame) in (0..).zip(json["frames"].as_array().unwrap()) {
+        let jitter = quell_demo::halton::jitter_px(i);
+        let found = &frame["jitter_px"];
+        let near = |axis: usize| (found[axis].as_f64().unwrap() - f64::from(jitter[axis])).abs() < 1e-6;
+        assert!(near(0) && near(1), "{found}, not {jitter}");
+    }
+
+    let alone = walk("render", folder.path(), &["--antialias"]);
+    assert_fails(&alone, 2, &["--jitter", "required", "not provided"]);
+    assert_fails(&walk("record", folder.path(), &["--antialias"]), 2, &["--antialias"]);
+}
+
+#[test]
 fn the_seed_decides_the_noise() {
     let folder = tempfile::tempdir().unwrap();
     let noisy = |name: &str, more: &[&str]| {

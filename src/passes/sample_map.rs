@@ -54,14 +54,15 @@ impl SampleMap {
 
     /// Records the pass over `extent` pixels.
     pub fn record(&self, recorder: &mut Recorder<'_>, views: &SampleMapViews<'_>, extent: [u32; 2]) {
-        let read = [views.guide, views.motion, views.history, views.error].map(BindingResource::TextureView);
+        let SampleMapViews { guide, motion, history, error, samples, .. } = *views;
+        let [guide, motion, history, error, samples] =
+            [guide, motion, history, error, samples].map(BindingResource::TextureView);
         let histogram = views.sample_histogram.as_entire_binding();
-        let counted = [read.as_slice(), &[histogram.clone()]].concat();
-        let shared =
-            [read.as_slice(), &[histogram.clone(), BindingResource::TextureView(views.samples)]].concat();
-        let count = self.count.bind(recorder, &counted);
+        let mut resources = vec![guide, motion, history, error, histogram.clone()];
+        let count = self.count.bind(recorder, &resources);
         let rate = self.rate.bind(recorder, &[histogram]);
-        let share = self.share.bind(recorder, &shared);
+        resources.push(samples);
+        let share = self.share.bind(recorder, &resources);
         let mut pass = recorder.begin_pass(DESCRIPTOR.name);
         self.count.dispatch(&mut pass, &count, extent);
         self.rate.dispatch(&mut pass, &rate, [1, 1]);

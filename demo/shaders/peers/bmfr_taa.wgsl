@@ -7,6 +7,7 @@
 //         Supersampling" (SIGGRAPH courses 2014), to the mean of the boxes of 3x3 pixels and of the cross in it.
 
 //!include frame
+//!include toned
 
 @group(0) @binding(1) var composed: texture_2d<f32>;
 @group(0) @binding(2) var motion: texture_2d<f32>;
@@ -17,26 +18,6 @@
 
 // Weight of a new frame.
 const ALPHA = 0.2;
-// The largest value below 1 that half-precision radiance becomes.
-const TONE_MAX = HALF_MAX / (1.0 + HALF_MAX);
-
-// The paper's antialiasing works on the tonemapped image; this tone curve can be undone.
-fn tone(radiance: vec3<f32>) -> vec3<f32> {
-    return radiance / (1.0 + radiance);
-}
-
-fn radiance_of(toned: vec3<f32>) -> vec3<f32> {
-    let t = clamp(toned, vec3(0.0), vec3(TONE_MAX));
-    return t / (1.0 - t);
-}
-
-fn ycocg(c: vec3<f32>) -> vec3<f32> {
-    return vec3(0.25 * c.r + 0.5 * c.g + 0.25 * c.b, 0.5 * c.r - 0.5 * c.b, -0.25 * c.r + 0.5 * c.g - 0.25 * c.b);
-}
-
-fn rgb(c: vec3<f32>) -> vec3<f32> {
-    return vec3(c.x + c.y - c.z, c.x + c.z, c.x - c.y - c.z);
-}
 
 // Bilinear, toned, without a test of what is seen there: that is what clamping is for.
 fn history_at(position: vec2<f32>) -> vec3<f32> {

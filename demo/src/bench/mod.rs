@@ -152,6 +152,7 @@ fn set_up(gpu: &Gpu, options: &BenchOptions, [width, height]: [u32; 2]) -> Resul
                 spp: SPP as f32,
                 sampling: Sampling::Uniform,
                 seed: 0,
+                jitter: false,
             },
         )?;
         Ok((walk, runners))

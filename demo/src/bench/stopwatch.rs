@@ -180,6 +180,7 @@ mod tests {
             spp: 1.0,
             sampling: Sampling::Uniform,
             seed: 0,
+            jitter: false,
         };
         let walk = Walk::new(&gpu, options).unwrap();
         let mut runner = MethodRunner::new(&gpu, Method::Quell, width, height).unwrap();

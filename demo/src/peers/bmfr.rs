@@ -11,6 +11,7 @@ use super::{allocations, shaders, views};
 use crate::compute::{Binding, Pass, timestamp_writes};
 use crate::gbuffer::{GBuffer, image};
 use crate::gpu::Gpu;
+use crate::halton;
 use bytemuck::{Pod, Zeroable};
 use glam::Mat3;
 use quell::{Allocation, Timestamps};
@@ -223,19 +224,7 @@ impl Bmfr {
 /// Where the first block of a frame begins, so that borders of blocks are elsewhere in every one of 16 frames. The paper
 /// has a fixed sequence of pseudorandom offsets; this one is Halton's, in bases 2 and 3, which covers a block evenly.
 fn block_origin(frame: u32) -> [i32; 2] {
-    let index = frame % OFFSETS;
-    [2, 3].map(|base| -((radical_inverse(index, base) * BLOCK as f32) as i32))
-}
-
-/// The digits of a number mirrored at the point.
-fn radical_inverse(mut index: u32, base: u32) -> f32 {
-    let (mut value, mut digit) = (0.0, 1.0);
-    while index > 0 {
-        digit /= base as f32;
-        value += digit * (index % base) as f32;
-        index /= base;
-    }
-    value
+    (-(halton::point(frame % OFFSETS) * BLOCK as f32).as_ivec2()).to_array()
 }
 
 fn block_params(camera: &quell::Camera, origin: [i32; 2]) -> BlockParams {

@@ -1,12 +1,14 @@
-//! Other methods, to compare the denoiser with, each written from its paper over the same images.
+//! Other methods, to compare the denoiser with, each written from its paper over the same images, and antialiasing for all.
 
 mod accumulate;
+mod antialias;
 mod bmfr;
 mod frame;
 mod shaders;
 mod svgf;
 
 pub use accumulate::Accumulate;
+pub use antialias::Antialias;
 pub use bmfr::Bmfr;
 pub use frame::PeerFrame;
 pub use svgf::Svgf;

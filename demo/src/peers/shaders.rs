@@ -3,9 +3,10 @@
 use crate::compute::{Binding, Pass, PassDescriptor, join_wgsl, wgsl_files};
 
 /// Every pass, by the name of its file and its entry point.
-const PASSES: [(&str, &str); 9] = wgsl_files![
+const PASSES: [(&str, &str); 10] = wgsl_files![
     "peers/",
     "accumulate",
+    "antialias",
     "svgf_temporal",
     "svgf_variance",
     "svgf_atrous",
@@ -16,9 +17,10 @@ const PASSES: [(&str, &str); 9] = wgsl_files![
     "bmfr_taa",
 ];
 
-const INCLUDES: [(&str, &str); 10] = wgsl_files![
+const INCLUDES: [(&str, &str); 11] = wgsl_files![
     "peers/",
     "include/frame",
+    "include/toned",
     "include/surface",
     "include/taps",
     "include/reproject",

@@ -123,6 +123,7 @@ impl Stretch {
                 spp: SPP as f32,
                 sampling: Sampling::Uniform,
                 seed: 0,
+                jitter: false,
             },
         )?;
         let events = frame_events(walk.scene(), start_s, fps, frames);

@@ -107,6 +107,7 @@ pub fn sampling(gpu: &Gpu, options: &SamplingOptions) -> Result<SamplingReport> 
                 spp: 1.0,
                 sampling: Sampling::Uniform,
                 seed: options.seed.wrapping_add(run),
+                jitter: false,
             },
         )?;
         ensure_same_walk(&capture, &walk)?;

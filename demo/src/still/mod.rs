@@ -84,6 +84,7 @@ pub fn still(gpu: &Gpu, options: &StillOptions) -> Result<StillReport> {
             spp,
             sampling,
             seed,
+            jitter: false,
         },
     )?;
     std::fs::create_dir_all(&options.out)

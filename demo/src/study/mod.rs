@@ -91,6 +91,7 @@ pub fn study(gpu: &Gpu, options: &StudyOptions) -> Result<StudyReport> {
             spp: spp as f32,
             sampling: Sampling::Uniform,
             seed,
+            jitter: false,
         },
     )?;
     trace(gpu, &walk, 0, spp)?;

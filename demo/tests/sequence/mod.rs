@@ -1,4 +1,5 @@
 //! Frames of any size through a method.
+#![allow(dead_code, reason = "each test binary uses its part")]
 
 use crate::synthetic::{FAR, info};
 use glam::camera::rh::proj::directx;

@@ -5,7 +5,7 @@ mod sampling;
 mod scenes;
 mod shaders;
 
-use glam::{Affine3A, Vec2, Vec3, Vec4, vec3};
+use glam::{Affine3A, Vec2, Vec3, Vec4, vec2, vec3};
 use quell_demo::gbuffer::GBuffer;
 use quell_demo::gpu::Gpu;
 use quell_demo::scene::{CameraPose, Material, MeshBuilder, Node, Scene, Sky, Sun, Trs};
@@ -173,12 +173,23 @@ fn moving_scene() -> Scene {
 
 #[test]
 fn motion_vectors_are_exact() {
+    check_motion(Vec2::ZERO, Vec2::ZERO);
+}
+
+/// They lead from where a sample lies to where its surface was, whatever the jitter of the frame before.
+#[test]
+fn motion_vectors_are_without_jitter() {
+    check_motion(vec2(0.4, -0.3), vec2(-0.45, 0.2));
+}
+
+fn check_motion(jitter: Vec2, prev_jitter: Vec2) {
     const SIZE: u32 = 64;
     let scene = moving_scene();
     let (time, prev_time) = (0.30, 0.25);
     let pose = look_at(vec3(0.0, 1.0, 3.0), vec3(0.0, 0.6, 0.0), 0.9);
     let prev_pose = look_at(vec3(0.1, 1.05, 3.05), vec3(0.05, 0.6, 0.0), 0.9);
-    let (camera, prev_camera) = (camera_of(&pose, SIZE, SIZE), camera_of(&prev_pose, SIZE, SIZE));
+    let camera = quell::Camera { jitter_px: jitter, ..camera_of(&pose, SIZE, SIZE) };
+    let prev_camera = quell::Camera { jitter_px: prev_jitter, ..camera_of(&prev_pose, SIZE, SIZE) };
     let view = FrameView { camera, time_s: time, previous: Some((prev_camera, prev_time)) };
     let out = trace(&scene, &view, &TraceSettings::default(), SIZE);
     let depth = read::<f32>(&out.depth);
@@ -190,7 +201,7 @@ fn motion_vectors_are_exact() {
     for y in 0..SIZE {
         for x in 0..SIZE {
             let i = (y * SIZE + x) as usize;
-            let centre = Vec2::new(x as f32, y as f32) + 0.5;
+            let centre = Vec2::new(x as f32, y as f32) + 0.5 + jitter;
             seen[ids[i] as usize] += 1;
             let expected = if ids[i] == 0 {
                 assert_eq!(depth[i], f32::INFINITY);
