@@ -94,7 +94,7 @@ pub struct Timestamps<'a> {
 /// gets more at once. Trace that many paths per pixel and give the same image as [`FrameInputs::sample_count`].
 #[derive(Debug, Clone, Copy)]
 pub struct SampleMap<'a> {
-    /// Receives the number of samples per pixel, 0 to 8 (or to the budget, where that is more); 1 at a miss, whose radiance is
+    /// Receives the number of samples per pixel, 0 to four times the mean or to 2, rounded up; 1 at a miss, whose radiance is
     /// passed through. `R32Uint` with `STORAGE_BINDING`.
     pub view: &'a wgpu::TextureView,
     /// Mean samples per pixel, over what is no miss; 1/16 to 64. A quarter of them goes to all pixels alike.

@@ -10,7 +10,9 @@ const SAMPLE_OCTAVES = vec2(-40.0, 64.0); // the least, and how many
 const SAMPLE_RATE = SAMPLE_BUCKETS; // the word after the histogram: samples per gain
 
 const EVEN_SHARE = 0.25; // of all samples goes to all pixels alike, or what changes where nothing was wrong goes unnoticed
-const MOST_SAMPLES = 8.0; // of a pixel in a frame
+// Of a pixel in a frame. A pixel of thin geometry, new in every frame, would take any number; the others would pay.
+const MOST_TIMES = 4.0; // the budget
+const MOST_AT_LEAST = 2.0;
 
 fn bucket_of(gain: f32) -> u32 {
     let place = (log2(max(gain, 1e-30)) - SAMPLE_OCTAVES.x) / SAMPLE_OCTAVES.y * f32(SAMPLE_BUCKETS);
@@ -24,5 +26,5 @@ fn gain_of(bucket: u32) -> f32 {
 // Samples of a pixel, of which the mean is wanted, when a gain is worth `rate`.
 fn expected_samples(bucket: u32, rate: f32) -> f32 {
     let budget = frame.sample_budget;
-    return min(EVEN_SHARE * budget + rate * gain_of(bucket), max(MOST_SAMPLES, budget));
+    return min(EVEN_SHARE * budget + rate * gain_of(bucket), max(MOST_TIMES * budget, MOST_AT_LEAST));
 }

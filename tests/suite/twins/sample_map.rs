@@ -81,8 +81,8 @@ fn matches_its_twin_on_random_images() {
         };
         let gains: Vec<Option<f64>> = (0..surfaces.len()).map(gain).collect();
         let budget = f64::from(budget);
-        // A quarter for all alike, eight at most.
-        let expected = |gain: f64, rate: f64| (0.25 * budget + rate * gain).min(8.0);
+        // A quarter for all alike, four times the budget or two at most.
+        let expected = |gain: f64, rate: f64| (0.25 * budget + rate * gain).min((4.0 * budget).max(2.0));
         let known: Vec<f64> = gains.iter().copied().flatten().collect();
         let mean =
             |rate: f64| known.iter().map(|&gain| expected(gain, rate)).sum::<f64>() / known.len() as f64;
