@@ -3,8 +3,9 @@
 use crate::capture::{CaptureHeader, CaptureWriter, FrameInfo, download};
 use crate::gpu::Gpu;
 use crate::render::progress_bar;
+use crate::tracer::Sampling;
 use crate::walk::{References, Walk, WalkOptions};
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use std::path::PathBuf;
 
 /// What to record and where to.
@@ -23,6 +24,10 @@ const FAR: f32 = 1e9;
 
 /// Traces a walk and writes every frame's inputs, and references where asked for.
 pub fn record(gpu: &Gpu, options: &RecordOptions) -> Result<()> {
+    ensure!(
+        options.walk.sampling != Sampling::Adaptive,
+        "adaptive sampling: nothing is denoised while a walk is recorded, so nothing says where the samples go"
+    );
     let WalkOptions { width, height, frames, fps, .. } = options.walk;
     let chosen = options.references.chosen(frames)?;
     let walk = Walk::new(gpu, options.walk.clone())?;

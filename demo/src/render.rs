@@ -221,12 +221,12 @@ impl RenderReport {
             };
             let _ = writeln!(
                 out,
-                "{}: {}x{}, {} spp ({:?}){}, means of {} frames against {} spp, on {}",
+                "{}: {}x{}, {} spp {}{}, means of {} frames against {} spp, on {}",
                 self.scene,
                 first.width,
                 first.height,
                 self.spp,
-                self.sampling,
+                self.sampling.name(),
                 camera,
                 first.frames.len(),
                 self.reference_spp,

@@ -23,7 +23,7 @@ pub struct WalkOptions {
     pub start_s: f32,
     /// Samples per pixel, in the mean; above 0.
     pub spp: f32,
-    /// With [`Sampling::Adaptive`] the first frame is sampled uniformly.
+    /// Where they go; with [`Sampling::Adaptive`] the first frame is sampled uniformly.
     pub sampling: Sampling,
     pub seed: u32,
     /// Whether samples lie elsewhere in the pixel in every frame, and all over it in references.
@@ -99,11 +99,7 @@ impl Walk {
 
     /// Records the tracing of frame `index` into [`gbuffer`](Self::gbuffer).
     pub fn trace(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, index: u32) {
-        let WalkOptions { spp, sampling, .. } = self.options;
-        // Nobody has asked for anything yet.
-        let sampling =
-            if index == 0 && sampling == Sampling::Adaptive { Sampling::Uniform } else { sampling };
-        self.trace_with(gpu, encoder, index, spp, sampling);
+        self.trace_with(gpu, encoder, index, self.options.spp, self.options.sampling);
     }
 
     /// [`trace`](Self::trace) with other samples.
@@ -116,6 +112,9 @@ impl Walk {
         sampling: Sampling,
     ) {
         let seed = self.options.seed;
+        // In the first frame nobody has asked for anything yet.
+        let is_blind = index == 0 && sampling == Sampling::Adaptive;
+        let sampling = if is_blind { Sampling::Uniform } else { sampling };
         let settings = TraceSettings { spp, sampling, seed, frame: index, ..TraceSettings::default() };
         self.tracer.encode(gpu, encoder, &self.view(index), &settings, &self.gbuffer);
     }

@@ -20,8 +20,11 @@ fn a_walk_is_rendered_adaptively_or_says_what_it_lacks() {
         demo(&[&size, more, &["--out", out.to_str().unwrap()]].concat())
     };
     assert_fails(&render(&["--method", "svgf"]), 1, &["adaptive", "quell"]);
+    let record = ["record", "--sampling", "adaptive", "--out", out.to_str().unwrap()];
+    assert_fails(&demo(&record), 1, &["adaptive", "recorded"]);
+    assert!(!out.exists());
     let summary = assert_succeeds(&render(&["--reference", "4", "--reference-frames", "2"]));
-    assert!(summary.contains("0.5 spp") && summary.contains("Adaptive"), "{summary}");
+    assert!(summary.contains("0.5 spp adaptive"), "{summary}");
     let metrics = json(&out.join("metrics.json"));
     assert_eq!((metrics["spp"].as_f64(), metrics["sampling"].as_str()), (Some(0.5), Some("adaptive")));
 }

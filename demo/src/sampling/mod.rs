@@ -220,10 +220,7 @@ impl<'a> Run<'a> {
         let Self { gpu, walk, .. } = *self;
         let (settings, index) = (Settings::default(), i as u32);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        // In the first frame nobody has asked for anything yet.
-        let is_blind = i == 0 && self.sampling == Sampling::Adaptive;
-        let sampling = if is_blind { Sampling::Uniform } else { self.sampling };
-        walk.trace_with(gpu, &mut encoder, index, self.spp, sampling);
+        walk.trace_with(gpu, &mut encoder, index, self.spp, self.sampling);
         let frame = MethodFrame {
             sample_budget: (self.sampling == Sampling::Adaptive).then_some(self.spp),
             debug: Some((DebugView::OutputError, &self.debug)),
@@ -265,12 +262,7 @@ impl<'a> Run<'a> {
     }
 
     fn name(&self) -> String {
-        let sampling = match self.sampling {
-            Sampling::Uniform => "uniform",
-            Sampling::Checkerboard => "checkerboard",
-            Sampling::Adaptive => "adaptive",
-        };
-        format!("{}_{sampling}_{}", self.runner.method().name(), self.spp)
+        format!("{}_{}_{}", self.runner.method().name(), self.sampling.name(), self.spp)
     }
 
     /// The last frame, and the samples that it asks for.
@@ -354,7 +346,7 @@ impl SamplingReport {
             let (walk, cut) = (&row.walk.metrics, &row.after_cut.metrics);
             vec![
                 row.method.to_owned(),
-                format!("{:?}", row.sampling).to_lowercase(),
+                row.sampling.name().to_owned(),
                 row.spp.to_string(),
                 number(Some(row.traced_spp), 3),
                 number(Some(walk.relative_mse), 4),

@@ -39,8 +39,8 @@ pub fn equal_error_ratio(curve: &Curve, other: &Curve) -> Option<f64> {
 }
 
 const STYLE: &str = "<style>text{font:14px sans-serif;fill:#333}.frame,.equal{fill:none;stroke:#888}.grid{stroke:#ddd}\
-    polyline{fill:none;stroke-width:2}.adaptive{stroke:#c3423f;fill:#c3423f}.uniform{stroke:#3a6ea5;fill:#3a6ea5}\
-    polyline.adaptive,polyline.uniform{fill:none}text.adaptive,text.uniform{stroke:none}</style>";
+    polyline{fill:none;stroke-width:2}.adaptive,.checkerboard{stroke:#c3423f;fill:#c3423f}.uniform{stroke:#3a6ea5;fill:#3a6ea5}\
+    polyline{fill:none!important}text{stroke:none!important}</style>";
 
 /// The curves as an SVG file, both axes logarithmic.
 pub fn plot(curves: &[Curve]) -> String {

@@ -117,7 +117,7 @@ pub fn still(gpu: &Gpu, options: &StillOptions) -> Result<StillReport> {
         finished.image.write_png(&options.out.join("uniform.png"))?;
         uniform = Some(finished.rounds);
     }
-    let curves = [Some(("adaptive", &own)), uniform.as_ref().map(|uniform| ("uniform", uniform))];
+    let curves = [Some((sampling.name(), &own)), uniform.as_ref().map(|uniform| ("uniform", uniform))];
     let curves: Vec<Curve> =
         curves.into_iter().flatten().filter_map(|(name, rounds)| Curve::of(name, rounds)).collect();
     if !curves.is_empty() {
@@ -164,7 +164,7 @@ impl StillReport {
                     writeln!(out, "{:<10} {:>8.2} {:>14.6} {truth:>14}", "", round.spp, round.expected_mse);
             }
         };
-        rounds(&mut out, &format!("{:?}", self.sampling).to_lowercase(), &self.rounds);
+        rounds(&mut out, self.sampling.name(), &self.rounds);
         if let Some(uniform) = &self.uniform {
             rounds(&mut out, "uniform", uniform);
         }

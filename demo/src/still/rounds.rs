@@ -96,6 +96,7 @@ impl<'a> Rounds<'a> {
         let mut next = FIRST_SPP.min(budget.spp);
         let progress = progress_bar((budget.spp * 100.0) as u64, "samples");
         for index in 0.. {
+            // Every pixel alike at first, or nothing would be known of some.
             let sampling = if index == 0 { Sampling::Uniform } else { sampling };
             spent += next;
             let following = (ROUND_SHARE * spent).min(budget.spp - spent).clamp(ROUND_SPP[0], ROUND_SPP[1]);

@@ -52,6 +52,17 @@ pub enum Sampling {
     Adaptive,
 }
 
+impl Sampling {
+    /// As on the command line and in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Uniform => "uniform",
+            Self::Checkerboard => "checkerboard",
+            Self::Adaptive => "adaptive",
+        }
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TraceSettings {
     /// Samples per pixel, in the mean; above 0. The sky gets one at least.
