@@ -90,7 +90,7 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
         windows[centre] = select(chosen, widest, is_base);
     }
     // Where a narrower window would be better, finer levels may add models; the wide one then counts for little by its trust.
-    if lane < MOST_TILES && (!is_base || chosen == widest && widest == frame.widest_window) {
+    if lane < MOST_TILES && (!is_base || (chosen == widest && widest == frame.widest_window)) {
         cover(place, chosen, lane);
     }
 }
