@@ -87,6 +87,11 @@ impl QualityRecorder {
         Ok(())
     }
 
+    /// The frames that had a reference.
+    pub fn into_frames(self) -> Vec<FrameReport> {
+        self.frames
+    }
+
     /// The report, or none where no frame had a reference.
     pub fn finish(self, source: &str, method: &str, adapter: &str, size: [u32; 2]) -> Option<QualityReport> {
         if self.frames.is_empty() {

@@ -45,6 +45,11 @@ impl ImageRgb {
     }
 }
 
+/// ITU-R BT.709.
+pub fn luminance([r, g, b]: [f32; 3]) -> f64 {
+    0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b)
+}
+
 /// Tonemaps a linear value by x / (1 + x) and encodes it as sRGB, in 0 to 1. Negative and NaN give 0, infinity 1.
 pub fn display_from_linear(linear: f32) -> f32 {
     // Written as a comparison because it sends NaN to 0.

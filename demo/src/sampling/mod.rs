@@ -7,10 +7,9 @@ pub use args::SamplingArgs;
 use crate::capture::CaptureReader;
 use crate::correlation::spearman;
 use crate::gpu::Gpu;
-use crate::image::{ImageRgb, write_png_rgb8};
+use crate::image::{ImageRgb, luminance, write_png_rgb8};
 use crate::method::{Method, MethodFrame, MethodRunner, output_image};
-use crate::metrics::{FrameMetrics, compare, temporal_psnr};
-use crate::quality::{MeanReport, write_json};
+use crate::quality::{FrameReport, MeanReport, QualityRecorder, write_json};
 use crate::render::progress_bar;
 use crate::still::shades;
 use crate::table::aligned;
@@ -119,6 +118,8 @@ pub fn sampling(gpu: &Gpu, options: &SamplingOptions) -> Result<SamplingReport> 
                 progress.inc(1);
             }
             run.write_pictures(&options.out)?;
+            let frames = run.quality.into_frames();
+            tally.frames.extend(frames);
         }
     }
     progress.finish_and_clear();
@@ -182,7 +183,7 @@ fn ensure_same_walk(capture: &CaptureReader, walk: &Walk) -> Result<()> {
 struct Tally {
     /// Samples and pixels that see no sky.
     traced: [f64; 2],
-    frames: Vec<(usize, FrameMetrics, Option<f64>)>,
+    frames: Vec<FrameReport>,
     correlations: Vec<f64>,
 }
 
@@ -195,8 +196,7 @@ struct Run<'a> {
     spp: f32,
     debug: wgpu::TextureView,
     tally: &'a mut Tally,
-    /// Image and reference of the frame before, where it had one.
-    previous: Option<(ImageRgb, ImageRgb)>,
+    quality: QualityRecorder,
     last: Option<ImageRgb>,
 }
 
@@ -211,7 +211,7 @@ impl<'a> Run<'a> {
             spp,
             debug: output_image(&gpu.device, width, height),
             tally,
-            previous: None,
+            quality: QualityRecorder::new(),
             last: None,
         })
     }
@@ -229,22 +229,15 @@ impl<'a> Run<'a> {
         self.runner.encode(gpu, &mut encoder, &frame)?;
         gpu.queue.submit([encoder.finish()]);
         self.count_samples()?;
-        let Some(reference) = reference else {
-            self.previous = None;
-            return Ok(());
-        };
         let image = ImageRgb::read_back(gpu, self.runner.output().texture())?;
-        let tpsnr_db = match &self.previous {
-            Some((i, r)) => Some(temporal_psnr(i, &image, r, reference)?),
-            None => None,
-        };
-        self.tally.frames.push((i, compare(&image, reference)?, tpsnr_db));
-        if self.runner.method() == Method::Quell {
+        if let Some(reference) = reference
+            && self.runner.method() == Method::Quell
+        {
             let expected = ImageRgb::read_back(gpu, self.debug.texture())?;
             self.tally.correlations.extend(error_correlation(&expected, &image, reference));
         }
         self.last = Some(image.clone());
-        self.previous = Some((image, reference.clone()));
+        self.quality.add(i, image, reference.cloned())?;
         Ok(())
     }
 
@@ -285,8 +278,8 @@ impl<'a> Run<'a> {
 impl Tally {
     fn row(self, (method, sampling, spp): Way) -> SamplingRow {
         let mean = |is_wanted: fn(usize) -> bool| {
-            let frames = self.frames.iter().filter(move |(i, ..)| is_wanted(*i));
-            MeanReport::of(frames.map(|&(_, metrics, tpsnr_db)| (metrics, tpsnr_db)))
+            let frames = self.frames.iter().filter(move |report| is_wanted(report.frame));
+            MeanReport::of(frames.map(|report| (report.metrics, report.tpsnr_db)))
         };
         let count = self.correlations.len() as f64;
         SamplingRow {
@@ -303,7 +296,6 @@ impl Tally {
 
 /// Spearman's correlation of expected and true squared errors of luminance, as means over squares of pixels.
 fn error_correlation(expected: &ImageRgb, image: &ImageRgb, reference: &ImageRgb) -> Option<f64> {
-    let luminance = |[r, g, b]: [f32; 3]| f64::from(0.2126 * r + 0.7152 * g + 0.0722 * b);
     let [width, height] = [image.width, image.height].map(|side| side as usize);
     let columns = width / SQUARE;
     let mut sums = vec![[0.0; 2]; columns * (height / SQUARE)];

@@ -1,7 +1,7 @@
 //! The rounds of an image.
 
 use crate::gpu::Gpu;
-use crate::image::ImageRgb;
+use crate::image::{ImageRgb, luminance};
 use crate::method::{Method, MethodFrame, MethodRunner, output_image};
 use crate::metrics::compare;
 use crate::render::progress_bar;
@@ -167,10 +167,7 @@ impl<'a> Rounds<'a> {
 fn expected_relative_mse(image: &ImageRgb, expected_error: &ImageRgb) -> f64 {
     let pixels = image.pixels.iter().zip(&expected_error.pixels);
     let sum: f64 = pixels
-        .map(|([r, g, b], [deviation, ..])| {
-            let luminance = f64::from(0.2126 * r + 0.7152 * g + 0.0722 * b);
-            f64::from(*deviation).powi(2) / (luminance.powi(2) + 0.01)
-        })
+        .map(|(&pixel, [deviation, ..])| f64::from(*deviation).powi(2) / (luminance(pixel).powi(2) + 0.01))
         .sum();
     sum / image.pixels.len() as f64
 }

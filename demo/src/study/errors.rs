@@ -3,9 +3,9 @@
 use super::denoise::StillDenoiser;
 use super::report::{ChoiceReport, Correlation, PixelReport, WindowReport};
 use super::spots::Spot;
-use super::surfaces::{Surfaces, Tiles, luminance};
+use super::surfaces::{Surfaces, Tiles};
 use crate::correlation::{pearson, spearman};
-use crate::image::ImageRgb;
+use crate::image::{ImageRgb, luminance};
 use crate::quality::median;
 use anyhow::Result;
 use quell::{Centres, DebugView, Settings, Windows};

@@ -2,8 +2,8 @@
 
 use super::errors::Truth;
 use super::report::Rect;
-use super::surfaces::{Surfaces, TILE, Tiles, luminance};
-use crate::image::ImageRgb;
+use super::surfaces::{Surfaces, TILE, Tiles};
+use crate::image::{ImageRgb, luminance};
 use std::collections::HashMap;
 
 /// A pixel whose errors are plotted.

@@ -2,7 +2,7 @@
 
 use crate::gbuffer::GBuffer;
 use crate::gpu::Gpu;
-use crate::image::ImageRgb;
+use crate::image::{ImageRgb, luminance};
 use anyhow::Result;
 
 /// The denoiser's floor under albedo.
@@ -54,11 +54,6 @@ impl Surfaces {
             })
             .collect()
     }
-}
-
-/// ITU-R BT.709.
-pub fn luminance([r, g, b]: [f32; 3]) -> f64 {
-    0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b)
 }
 
 /// The tiles of the image that show surfaces.
