@@ -25,6 +25,9 @@
 //!     surface_id: None,
 //!     emission: None,
 //!     sample_count: None,
+//!     specular: None,
+//!     specular_albedo: None,
+//!     hit_distance: None,
 //!     camera,
 //!     history: HistoryMode::Continue,
 //!     output,           // Rgba16Float
