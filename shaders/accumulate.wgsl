@@ -51,7 +51,7 @@ fn enter_pixel(pixel: vec2<u32>, lane: u32) {
     }
     let position = position_of(frame, frame.current, vec2<f32>(pixel), surface.depth);
     let z = surface_features(surface, position);
-    let now = accumulated(pixel, surface, z);
+    let now = accumulated(pixel, surface, position, z);
     // Rounded as they are stored, so that the moments are those of the images.
     let mean = dither_to_half(now.history.rgb, pixel, seed);
     let count = unpack2x16float(pack2x16float(vec2(now.history.w))).x;
@@ -77,11 +77,16 @@ struct Accumulated {
     noise: Noise,
 }
 
-fn accumulated(pixel: vec2<u32>, surface: Surface, z: array<f32, SURFACE_FEATURES>) -> Accumulated {
+fn accumulated(
+    pixel: vec2<u32>,
+    surface: Surface,
+    position: vec3<f32>,
+    z: array<f32, SURFACE_FEATURES>,
+) -> Accumulated {
     let sample = load_sample(pixel);
     let relit = relight(pixel, surface_regressors(z, vec2(0.0)));
-    let old = relit.history;
     let k = sample.w;
+    let old = vec4(relit.history.rgb, min(relit.history.w, max(k, 1.0) * memory(surface, position)));
     // Without samples the history stays as it is; a pixel traced k times this frame enters with weight k.
     let count = joined_count(old.w, k);
     // In all pixels alike, sampled or not: neighbours are blended when history is resampled.
@@ -166,6 +171,21 @@ struct Relit {
 
 const KALMAN_GAIN = 3.0; // how much less a history counts that was moved by a standard deviation of one sample
 const MOST_BRIGHTENING = 16.0; // of how far samples scatter: more is measured anew
+
+// Half-width of what a microfacet lobe gathers, in the square of linear roughness, radians: half vectors turn by half of what the
+// light's direction does. Source: Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007
+const LOBE_WIDTH = 2.0;
+const LEAST_MEMORY = 3.0;  // frames
+const STILL_TURN = 1e-4;   // radians
+
+// Frames that history may count for: as many as it takes the view of the surface to turn by the width of its lobe. Before that a
+// glossy surface showed something else.
+fn memory(surface: Surface, position: vec3<f32>) -> f32 {
+    let now = towards_eye(frame.current, position);
+    let turn = length(now - towards_eye(frame.previous, position + frame.eye_delta));
+    let width = LOBE_WIDTH * surface.roughness * surface.roughness;
+    return max(width / max(turn, STILL_TURN), LEAST_MEMORY);
+}
 
 // Moves the history by the predicted change, blended between the four nearest models.
 fn relight(pixel: vec2<u32>, z: Regressors) -> Relit {

@@ -108,7 +108,7 @@ mod error;
 mod frame;
 #[doc(hidden)]
 pub mod gpu;
-mod history;
+mod guides;
 #[doc(hidden)]
 pub mod layout;
 mod memory;
@@ -116,7 +116,9 @@ mod pacing;
 #[doc(hidden)]
 pub mod passes;
 mod readback;
+mod scratch;
 mod settings;
+mod signal;
 mod statistics;
 
 pub use denoiser::Denoiser;
@@ -128,9 +130,26 @@ pub use passes::Pipelines;
 pub use settings::{Budget, Centres, Settings, Windows};
 pub use statistics::Statistics;
 
-/// The passes of a frame in the order they run; also their labels and timestamp order.
-pub const PASSES: [&str; 8] =
-    ["reproject", "innovation", "accumulate", "fit", "predict", "compose", "sample_map", "debug_view"];
+/// The passes of a frame in the order they run; also their labels and timestamp order. Those of the specular signal have nothing
+/// to do where it is not given.
+pub const PASSES: [&str; 14] = [
+    "reproject",
+    "innovation",
+    "accumulate",
+    "fit",
+    "predict",
+    "compose",
+    "specular reproject",
+    "specular innovation",
+    "specular accumulate",
+    "specular fit",
+    "specular predict",
+    "specular compose",
+    "sample_map",
+    "debug_view",
+];
+/// How many of [`PASSES`] each signal has: first those of the radiance, then those of the specular signal.
+pub(crate) const SIGNAL_PASSES: usize = 6;
 
 /// Compiles the README's example.
 #[cfg(doctest)]

@@ -2,7 +2,7 @@
 
 use super::packed::{Noise, compare_noise, half_drift, random_noise, unpack_noises};
 use super::regression::{HEAD, Model, Pixel, ROW, Tile, correlations, tiles_of};
-use super::surface::{features, position_of, same_surface, surface_features};
+use super::surface::{features, position_of, same_surface, surface_features, towards_eye};
 use super::{Surface, guide, luminance, mismatches, random_history, random_signal, rgb, run, uniforms, wide};
 use crate::gpu::{blank, download, download_buffer, gpu, upload, upload_buffer};
 use crate::sequence::frame;
@@ -56,6 +56,16 @@ struct Relit {
 }
 
 /// Models of the innovation, at every other tile.
+/// Frames that the view of the surface takes to turn by the width of its lobe.
+fn memory(u: &FrameUniforms, i: usize, surface: &Surface) -> f64 {
+    let width = u.size[0] as usize;
+    let pixel = DVec2::new((i % width) as f64, (i / width) as f64);
+    let position = position_of(u, &u.current, pixel, surface.depth);
+    let before = towards_eye(&u.previous, position + u.eye_delta.as_dvec3());
+    let turn = (towards_eye(&u.current, position) - before).length();
+    (2.0 * surface.roughness.powi(2) / turn.max(1e-4)).max(3.0)
+}
+
 fn relight(
     u: &FrameUniforms,
     i: usize,
@@ -164,10 +174,13 @@ fn check_moments(
 fn check(innovation: bool, firefly_limit: f32, index: u32) -> (usize, usize) {
     let mut random = StdRng::seed_from_u64(11);
     let eye = Vec3::new(0.0, 1.4, 1.0);
-    let frame = frame(SIZE, eye, eye, 1);
+    let mut frame = frame(SIZE, eye, eye, 1);
+    frame.normal.iter_mut().enumerate().for_each(|(i, normal)| normal[3] = (i % 7) as f32 / 6.0);
     let mut u = uniforms(&frame, &frame);
     u.firefly_limit = firefly_limit;
     u.index = index;
+    // Views of some surfaces turn by more than their lobe is wide.
+    u.eye_delta = Vec3::new(0.4, 0.0, 0.0);
     let mut models = random_models(&mut random, &u);
     if !innovation {
         models.fill(0.0); // no tile has samples
@@ -205,7 +218,7 @@ fn check(innovation: bool, firefly_limit: f32, index: u32) -> (usize, usize) {
     let (signal, old) = (super::unpack_samples(&signal, &samples), wide(&old));
     let old_noise = unpack_noises(&old_noise, &old);
     let (mut expected, mut expected_noise) = (vec![], vec![]);
-    let (mut cut, mut moved) = (0, 0);
+    let (mut cut, mut moved, mut forgot) = (0, 0, 0);
     for i in 0..signal.len() {
         if surfaces[i].is_miss() {
             expected.push(old[i]); // its radiance
@@ -213,7 +226,11 @@ fn check(innovation: bool, firefly_limit: f32, index: u32) -> (usize, usize) {
             continue;
         }
         let relit = relight(&u, i, &surfaces[i], old[i], old_noise[i], &models);
-        let ([r, g, b], k) = (relit.mean, signal[i][3]);
+        let k = signal[i][3];
+        let memory = k.max(1.0) * memory(&u, i, &surfaces[i]);
+        forgot += usize::from(memory < relit.count);
+        let relit = Relit { count: relit.count.min(memory), ..relit };
+        let [r, g, b] = relit.mean;
         moved += usize::from(relit.mean != rgb(&old[i]));
         // Samples' signs flip every one, two and four frames.
         let flip = |s: usize| if u.index.is_multiple_of(1 << s) { -1.0 } else { 1.0 };
@@ -244,6 +261,7 @@ fn check(innovation: bool, firefly_limit: f32, index: u32) -> (usize, usize) {
         expected_noise.push(Noise { variance, deviations });
     }
     // One dithered step of a half float.
+    assert!(forgot > 0, "no history was too long for its surface");
     let step = 2.0_f64.powi(-10);
     let wrong = mismatches(found.as_flattened(), expected.as_flattened(), step, 1e-5);
     assert_eq!(wrong, 0.0);

@@ -1,7 +1,7 @@
 //! `compose` against its f64 twin.
 
 use super::packed::{Noise, Prediction, quieter, random_noise, unpack_noises};
-use super::surface::{position_of, same_surface};
+use super::surface::{of_albedo, position_of, same_surface};
 use super::{guide, luminance, mismatches, random_history, rgb, run, uniforms, wide};
 use crate::gpu::{blank, download, gpu, upload};
 use crate::sequence::frame;
@@ -58,6 +58,7 @@ fn matches_its_twin_on_random_images() {
         noise: &upload(SIZE, Format::R32Uint, &noise),
         albedo: &upload(SIZE, Format::Rgba16Float, &albedo),
         emission: &upload(SIZE, Format::Rgba16Float, &emission),
+        rest: &blank([1, 1], Format::R32Float),
         output: &output,
         error: &error,
         mix_weight: &mix_weight,
@@ -127,7 +128,7 @@ fn matches_its_twin_on_random_images() {
         };
         let colour: [f64; 3] = std::array::from_fn(|c| {
             let filtered = prediction[i].signal[c] + share * (history[i][c] - prediction[i].signal[c]);
-            filtered * albedo[i][c].max(0.02) + [0.25, 0.5, 0.0][c]
+            filtered * of_albedo(albedo[i][c]) + [0.25, 0.5, 0.0][c]
         });
         // What is left of the mean's noise and of the model's error, and noise of the model: twelve coefficients, 320 pixels.
         let per_pixel = |sum: f64| sum / pool.len() as f64;
@@ -139,7 +140,7 @@ fn matches_its_twin_on_random_images() {
             let own_noise = rest * 12.0 / 320.0;
             per_pixel(variance) * (share * share + own_noise) + rest * rest * per_pixel(error)
         };
-        let reflectance = std::array::from_fn(|c| albedo[i][c].max(0.02));
+        let reflectance = std::array::from_fn(|c| of_albedo(albedo[i][c]));
         expected.push([colour[0], colour[1], colour[2], 1.0]);
         expected_share.push(share);
         expected_error.push([square.sqrt() * luminance(reflectance), luminance(colour)]);
@@ -154,7 +155,7 @@ fn matches_its_twin_on_random_images() {
             <= 0.005
     );
     // The comparator notices errors of the irradiance instead of the radiance, and an output without its emission.
-    expected_error.iter_mut().zip(&albedo).for_each(|(e, albedo)| e[0] /= albedo[0].max(0.02));
+    expected_error.iter_mut().zip(&albedo).for_each(|(e, albedo)| e[0] /= of_albedo(albedo[0]));
     assert!(
         mismatches(found_error.as_flattened(), expected_error.as_flattened(), 2.0_f64.powi(-9), 2e-3) > 0.2
     );
