@@ -11,30 +11,19 @@ const COLUMNS = FEATURES + CHANNELS;
 const SQUARES = COLUMNS * (COLUMNS + 1u) / 2u; // upper triangle, row by row
 
 //  0..2  world normal
-//  3..5  world position relative to the eye; of the specular signal, where the reflection appears
-//  6     1/albedo; of split signals, how near the reflection is: for the specular one
+//  3..5  world position relative to the eye
+//  6     1/albedo
 //  7     surface id, hashed: where a window holds two surfaces, each gets a level of its own
 //  8     roughness
 fn surface_features(s: Surface, position: vec3<f32>) -> array<f32, SURFACE_FEATURES> {
-    var seen = position;
-    var cue = s.cue;
-    if has(frame, FLAG_SPECULAR) {
-        // What a mirror shows is as smooth as what is reflected.
-        let length = ray_length(frame.current, position);
-        seen -= towards_eye(frame.current, position) * length * (1.0 / max(cue, LEAST_CUE) - 1.0);
-    } else if has(frame, FLAG_SPLIT) {
-        cue = 0.0;
-    }
     return array(
         s.normal.x, s.normal.y, s.normal.z,
-        seen.x, seen.y, seen.z,
-        cue,
+        position.x, position.y, position.z,
+        s.inverse_albedo,
         f32(s.id) * (2.0 / f32(IDS - 1u)) - 1.0,
         s.roughness,
     );
 }
-
-const LEAST_CUE = 0.0625; // beyond it, the code's steps would be steps of the position
 
 // The least standard deviation over a window that still counts as variation, per feature. `depth` is the window's.
 fn feature_floor(feature: u32, depth: f32) -> f32 {

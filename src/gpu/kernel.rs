@@ -60,8 +60,6 @@ pub struct Recorder<'a> {
     pub frame: &'a wgpu::Buffer,
     /// Where passes are timed, if they are.
     pub timestamps: Option<Timestamps<'a>>,
-    /// Whether the passes work on the specular signal.
-    pub is_specular: bool,
 }
 
 impl Kernel {
@@ -142,24 +140,18 @@ impl Recorder<'_> {
         }
     }
 
-    /// Begins the compute pass of a kernel, one of [`PASSES`](crate::PASSES), timed where the caller wants it.
+    /// Begins the compute pass of one of [`PASSES`](crate::PASSES), timed where the caller wants it.
     pub fn begin_pass(&mut self, name: &str) -> wgpu::ComputePass<'_> {
-        let place = crate::PASSES.iter().position(|pass| *pass == name).unwrap_or_default();
-        let index = if self.is_specular && place < crate::SIGNAL_PASSES {
-            place + crate::SIGNAL_PASSES
-        } else {
-            place
-        };
         let timestamp_writes = self.timestamps.map(|timestamps| {
-            let first = timestamps.first_query + 2 * index as u32;
+            let index = crate::PASSES.iter().position(|pass| *pass == name);
+            let first = timestamps.first_query + 2 * index.unwrap_or_default() as u32;
             wgpu::ComputePassTimestampWrites {
                 query_set: timestamps.query_set,
                 beginning_of_pass_write_index: Some(first),
                 end_of_pass_write_index: Some(first + 1),
             }
         });
-        let label = Some(crate::PASSES[index]);
-        self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label, timestamp_writes })
+        self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(name), timestamp_writes })
     }
 }
 

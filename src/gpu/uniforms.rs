@@ -19,11 +19,6 @@ pub mod flags {
     pub const SHOW_MIX: u32 = 256;
     pub const ERROR: u32 = 512;
     pub const LIMITED: u32 = 1024;
-    pub const SPLIT: u32 = 2048;
-    pub const SPECULAR: u32 = 4096;
-    pub const SPECULAR_ALBEDO: u32 = 8192;
-    pub const HIT_DISTANCE: u32 = 16384;
-    pub const SHOW_REST: u32 = 32768;
 }
 
 /// WGSL `View`.

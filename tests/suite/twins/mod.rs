@@ -48,7 +48,7 @@ fn run(uniforms: &FrameUniforms, record: impl FnOnce(&mut Recorder<'_>)) {
         usage: wgpu::BufferUsages::UNIFORM,
     });
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    record(&mut Recorder { device: &gpu.device, encoder: &mut encoder, frame: &buffer, timestamps: None, is_specular: false });
+    record(&mut Recorder { device: &gpu.device, encoder: &mut encoder, frame: &buffer, timestamps: None });
     gpu.queue.submit([encoder.finish()]);
 }
 

@@ -62,7 +62,6 @@ fn run_pass(
             surface_id: &images.id,
             emission: &upload(size, Format::Rgba16Float, emission),
             sample_count: &images.samples,
-            hit_distance: &blank(size, Format::R32Float),
             previous_guide: &upload(size, Format::Rg32Uint, &previous_words),
             history: &upload(size, Format::Rgba16Float, &history),
             noise: &upload(size, Format::R32Uint, &noise),
