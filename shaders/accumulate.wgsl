@@ -8,7 +8,7 @@
 //         fall-back for short histories: Schied et al. 2017, section 4.2; truncated means: Bubeck, Cesa-Bianchi and Lugosi,
 //         "Bandits with Heavy Tail", 2013, section 2.1; moments: Moon et al. 2015, section 4
 
-//!include frame numbers noise surface signal features linear_model models innovations tile_moments
+//!include frame numbers noise surface signal memory features linear_model models innovations tile_moments
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var signal: texture_2d<u32>;
@@ -86,7 +86,11 @@ fn accumulated(
     let sample = load_sample(pixel);
     let relit = relight(pixel, surface_regressors(z, vec2(0.0)));
     let k = sample.w;
-    let old = vec4(relit.history.rgb, min(relit.history.w, max(k, 1.0) * memory(surface, position)));
+    var old = relit.history;
+    // Of split signals, one looks alike from everywhere, and of the other history follows what is seen.
+    if !has(frame, FLAG_SPLIT) {
+        old.w = min(old.w, max(k, 1.0) * memory(surface, position));
+    }
     // Without samples the history stays as it is; a pixel traced k times this frame enters with weight k.
     let count = joined_count(old.w, k);
     // In all pixels alike, sampled or not: neighbours are blended when history is resampled.
@@ -171,21 +175,6 @@ struct Relit {
 
 const KALMAN_GAIN = 3.0; // how much less a history counts that was moved by a standard deviation of one sample
 const MOST_BRIGHTENING = 16.0; // of how far samples scatter: more is measured anew
-
-// Half-width of what a microfacet lobe gathers, in the square of linear roughness, radians: half vectors turn by half of what the
-// light's direction does. Source: Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007
-const LOBE_WIDTH = 2.0;
-const LEAST_MEMORY = 3.0;  // frames
-const STILL_TURN = 1e-4;   // radians
-
-// Frames that history may count for: as many as it takes the view of the surface to turn by the width of its lobe. Before that a
-// glossy surface showed something else.
-fn memory(surface: Surface, position: vec3<f32>) -> f32 {
-    let now = towards_eye(frame.current, position);
-    let turn = length(now - towards_eye(frame.previous, position + frame.eye_delta));
-    let width = LOBE_WIDTH * surface.roughness * surface.roughness;
-    return max(width / max(turn, STILL_TURN), LEAST_MEMORY);
-}
 
 // Moves the history by the predicted change, blended between the four nearest models.
 fn relight(pixel: vec2<u32>, z: Regressors) -> Relit {

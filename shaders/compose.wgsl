@@ -1,7 +1,8 @@
 // compose: mixes prediction and temporal mean by their estimated errors, and makes radiance of it again.
 //
-// Reads   guide, prediction, history, noise; the caller's albedo, emission.
-// Writes  output: the caller's image; error: its expected error (layout: include/error), where somebody asks for it;
+// Reads   guide, prediction, history, noise; the caller's albedo, emission; rest: what the other signal came to, where this is
+//         the specular one.
+// Writes  output: the caller's image, or rest, with its expected error in w; error: its expected error (layout: include/error), where somebody asks for it;
 //         mix_weight: share of the temporal mean, where a debug view shows it
 // Source  shrinkage towards a model by estimated risk: James and Stein, "Estimation with Quadratic Loss", 1961
 
@@ -14,9 +15,10 @@
 @group(0) @binding(4) var noise: texture_2d<u32>;
 @group(0) @binding(5) var albedo: texture_2d<f32>;
 @group(0) @binding(6) var emission: texture_2d<f32>;
-@group(0) @binding(7) var output: texture_storage_2d<rgba16float, write>;
-@group(0) @binding(8) var error: texture_storage_2d<r32uint, write>;
-@group(0) @binding(9) var mix_weight: texture_storage_2d<r32uint, write>;
+@group(0) @binding(7) var rest: texture_2d<f32>;
+@group(0) @binding(8) var output: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(9) var error: texture_storage_2d<r32uint, write>;
+@group(0) @binding(10) var mix_weight: texture_storage_2d<r32uint, write>;
 
 const OWN_FEATURES = MODEL_OWN_FEATURES;
 const SMOOTH_RADIUS = 1; // pixels; a model's error is smooth over 3x3, noise is not
@@ -62,7 +64,7 @@ fn compose(
     let predicted = unpack_prediction(textureLoad(prediction, id.xy, 0).xy);
     let place = vec2<i32>(local.xy) + BORDER;
     let found = temporal_mix(middle_of(surface, corner, place), corner, place, predicted, mean);
-    let reflectance = demodulator(textureLoad(albedo, id.xy, 0).rgb);
+    let reflectance = demodulator_at(id.xy, surface);
     var composed = mix(predicted.signal, mean.rgb, found.share) * reflectance;
     if has(frame, FLAG_EMISSION) {
         composed += repair_emission(textureLoad(emission, id.xy, 0).rgb);
@@ -70,8 +72,17 @@ fn compose(
     show(id.xy, composed, sqrt(found.square) * luminance(reflectance), found.share);
 }
 
-fn show(pixel: vec2<u32>, radiance: vec3<f32>, deviation: f32, share: f32) {
-    textureStore(output, pixel, vec4(min(radiance, vec3(HALF_MAX)), 1.0));
+fn show(pixel: vec2<u32>, found: vec3<f32>, found_deviation: f32, share: f32) {
+    var radiance = found;
+    var deviation = found_deviation;
+    if IS_SPECULAR {
+        let other = textureLoad(rest, pixel, 0);
+        radiance += other.rgb;
+        deviation = length(vec2(deviation, other.w));
+    }
+    let is_rest = has(frame, FLAG_SPLIT) && !IS_SPECULAR;
+    let alpha = select(1.0, min(deviation, HALF_MAX), is_rest);
+    textureStore(output, pixel, vec4(min(radiance, vec3(HALF_MAX)), alpha));
     if has(frame, FLAG_ERROR) {
         textureStore(error, pixel, vec4(pack_error(OutputError(deviation, luminance(radiance)))));
     }

@@ -5,6 +5,7 @@ mod edge_cases;
 mod gpu;
 mod layout;
 mod light;
+mod mirror;
 mod quality;
 mod sample_map;
 mod sequence;

@@ -58,6 +58,7 @@ fn matches_its_twin_on_random_images() {
         noise: &upload(SIZE, Format::R32Uint, &noise),
         albedo: &upload(SIZE, Format::Rgba16Float, &albedo),
         emission: &upload(SIZE, Format::Rgba16Float, &emission),
+        rest: &blank([1, 1], Format::R32Float),
         output: &output,
         error: &error,
         mix_weight: &mix_weight,

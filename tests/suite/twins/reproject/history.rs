@@ -14,10 +14,12 @@ pub struct Previous {
 
 /// Texel, position relative to the previous eye, surface and tolerance of a pixel's origin.
 pub struct Origin {
-    texel: DVec2,
-    position: DVec3,
-    surface: Surface,
-    tolerance: f64,
+    pub texel: DVec2,
+    pub position: DVec3,
+    pub surface: Surface,
+    pub tolerance: f64,
+    /// Of what the specular signal shows.
+    pub nearness: Option<f64>,
 }
 
 pub fn find_origin(u: &FrameUniforms, i: usize, surface: Surface, motion: [f32; 3]) -> Option<Origin> {
@@ -45,7 +47,7 @@ pub fn find_origin(u: &FrameUniforms, i: usize, surface: Surface, motion: [f32; 
         (surface.depth, 10.0)
     };
     let position = position_at(&u.previous, sampled + offset, depth);
-    Some(Origin { texel, position, surface, tolerance: 0.01 * surface.depth * slack })
+    Some(Origin { texel, position, surface, tolerance: 0.01 * surface.depth * slack, nearness: None })
 }
 
 /// Index of a tap that belongs to the origin's surface.
@@ -60,7 +62,8 @@ fn tap(u: &FrameUniforms, texel: DVec2, origin: &Origin, previous: &Previous) ->
     let belongs = !tap.is_miss()
         && tap.id == origin.surface.id
         && tap.normal.dot(origin.surface.normal) > 0.8
-        && tap.normal.dot(offset).abs() < origin.tolerance;
+        && tap.normal.dot(offset).abs() < origin.tolerance
+        && origin.nearness.is_none_or(|nearness| (nearness - tap.cue).abs() <= 0.05 + tap.roughness);
     belongs.then_some(index)
 }
 
