@@ -10,5 +10,6 @@ mod quality;
 mod sample_map;
 mod sequence;
 mod shaders;
+mod split;
 mod statistics;
 mod twins;
