@@ -1,6 +1,6 @@
 //! A walk through a scene: which frame shows what, and tracing it.
 
-use crate::gbuffer::GBuffer;
+use crate::gbuffer::{GBuffer, Split};
 use crate::gpu::Gpu;
 use crate::halton;
 use crate::image::ImageRgb;
@@ -28,6 +28,8 @@ pub struct WalkOptions {
     pub seed: u32,
     /// Whether samples lie elsewhere in the pixel in every frame, and all over it in references.
     pub jitter: bool,
+    /// What is traced apart. It changes neither the paths nor radiance in one.
+    pub split: Split,
 }
 
 /// Loads a scene, or builds the gallery. Says on standard error what of a file is not shown.
@@ -65,7 +67,7 @@ impl Walk {
         );
         let scene = load_scene(options.scene.as_deref())?;
         let tracer = Tracer::new(gpu, &scene)?;
-        let gbuffer = GBuffer::new(&gpu.device, width, height);
+        let gbuffer = GBuffer::with_split(&gpu.device, width, height, options.split);
         Ok(Self { options, scene, tracer, gbuffer })
     }
 

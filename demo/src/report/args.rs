@@ -4,6 +4,7 @@ use super::{ReportOptions, report};
 use crate::cli::{positive, size};
 use crate::gpu::Gpu;
 use crate::method::Method;
+use crate::split_args::SplitArgs;
 use crate::walk::References;
 use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
@@ -42,6 +43,8 @@ pub struct ReportArgs {
     /// Small and short: some seconds on a GPU, some minutes on a CPU
     #[arg(long)]
     pub quick: bool,
+    #[command(flatten)]
+    pub split: SplitArgs,
     /// Folder for the results, created where needed
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -70,6 +73,7 @@ impl ReportArgs {
             gallery: !self.no_gallery,
             scenes: self.scenes,
             captures: self.captures,
+            split: self.split.split(),
             out: self.out,
         })
     }

@@ -3,7 +3,7 @@
 use super::ReportOptions;
 use super::events::{Event, light_switches};
 use crate::capture::{CaptureReader, gbuffer_for, upload};
-use crate::gbuffer::GBuffer;
+use crate::gbuffer::{GBuffer, Split};
 use crate::gpu::Gpu;
 use crate::image::ImageRgb;
 use crate::scene::{Scene, gallery};
@@ -27,7 +27,7 @@ pub struct Stretch {
 
 enum Origin {
     Walk { walk: Box<Walk>, referenced: Vec<u32>, spp: u32 },
-    Capture { reader: CaptureReader, images: Option<Box<GBuffer>> },
+    Capture { reader: CaptureReader, split: Split, images: Option<Box<GBuffer>> },
 }
 
 /// A frame, ready to be denoised.
@@ -81,7 +81,9 @@ pub fn open(
     for scene in &options.scenes {
         suite.push(Stretch::walk(gpu, options, &file_name(scene), Some(scene), 0.0)?);
     }
-    suite.extend(captures.into_iter().map(|(folder, reader)| Stretch::capture(&folder, reader)));
+    suite.extend(
+        captures.into_iter().map(|(folder, reader)| Stretch::capture(&folder, reader, options.split)),
+    );
     number_equal_names(&mut suite);
     Ok(suite)
 }
@@ -124,6 +126,7 @@ impl Stretch {
                 sampling: Sampling::Uniform,
                 seed: 0,
                 jitter: false,
+                split: options.split,
             },
         )?;
         let events = frame_events(walk.scene(), start_s, fps, frames);
@@ -145,7 +148,7 @@ impl Stretch {
         })
     }
 
-    fn capture(folder: &Path, reader: CaptureReader) -> Self {
+    fn capture(folder: &Path, reader: CaptureReader, split: Split) -> Self {
         let header = *reader.header();
         let cut = |frame: &u32| reader.info(*frame as usize).restart;
         let frames = reader.len() as u32;
@@ -157,7 +160,7 @@ impl Stretch {
             frames,
             events: events.collect(),
             settings: Settings { far: header.far, ..Settings::default() },
-            origin: Origin::Capture { reader, images: None },
+            origin: Origin::Capture { reader, split, images: None },
         }
     }
 
@@ -183,10 +186,11 @@ impl Stretch {
                 let (gbuffer, camera) = (walk.gbuffer(), walk.view(index).camera);
                 Ok(Frame { gbuffer, camera, restart: index == 0, reference: reference.transpose()? })
             }
-            Origin::Capture { reader, images } => {
+            Origin::Capture { reader, split, images } => {
                 let frame = reader.read(index as usize).with_context(|| format!("frame {index}"))?;
                 let info = reader.info(index as usize);
                 let gbuffer = images.get_or_insert_with(|| Box::new(gbuffer_for(&gpu.device, &frame)));
+                gbuffer.split = *split;
                 upload(&gpu.device, &gpu.queue, &frame, gbuffer);
                 let reference = frame.reference_image();
                 Ok(Frame { gbuffer, camera: info.camera(), restart: info.restart, reference })
