@@ -148,7 +148,7 @@ fn fetch_signal(pixel: vec2<u32>, origin: Origin, position: vec3<f32>, reflectio
     }
     var of_surface = origin;
     of_surface.nearness = nearness(ray_length(frame.previous, origin.position), reflection.hit_distance);
-    if reflection.hit_distance > 0.0 && origin.texel.x > OFF_SCREEN {
+    if reflection.hit_distance > 0.0 && origin.texel.x > OFF_SCREEN && memory(origin.surface, position) < frame.max_history {
         let reflector = previous_reflector(pixel, origin.surface, position, reflection);
         if reflector.is_known {
             let hit = position + reflection.towards * reflection.hit_distance;
@@ -273,6 +273,8 @@ fn fetch_catmull_rom(base: vec2<i32>, f: vec2<f32>, origin: Origin) -> Sharp {
     let wx = catmull_rom_weights(f.x);
     let wy = catmull_rom_weights(f.y);
     var sharp = Sharp(vec3(0.0), vec3(0.0), false);
+    var lo = vec3(1e30);
+    var hi = vec3(0.0);
     for (var y = 0; y < 4; y++) {
         for (var x = 0; x < 4; x++) {
             let texel = base + vec2(x - 1, y - 1);
@@ -289,9 +291,11 @@ fn fetch_catmull_rom(base: vec2<i32>, f: vec2<f32>, origin: Origin) -> Sharp {
                 return sharp;
             }
             sharp.mean += w * tap.rgb;
+            if is_inner { lo = min(lo, tap.rgb); hi = max(hi, tap.rgb); }
             sharp.deviations += w * unpack_noise(textureLoad(noise, texel, 0).x, tap.w).deviations;
         }
     }
+    sharp.mean = clamp(sharp.mean, lo, hi);
     sharp.valid = true;
     return sharp;
 }

@@ -28,26 +28,23 @@ fn hit_distance_at(pixel: vec2<i32>, surface: Surface) -> f32 {
     return select(0.0, select(clamp(found, range.x, range.y), range.y, is_sky), is_known);
 }
 
-// The pixel's own, or where no ray went the specular way, the mean of those of its neighbours on the surface.
+// Mean over what the lobe takes in, as far as that is 3x3 pixels: a ray is one sample of it. Motion is linear in the inverse.
 fn known_hit_distance(pixel: vec2<u32>, surface: Surface, position: vec3<f32>) -> f32 {
+    let pixel_width = 2.0 * mix(1.0, surface.depth, frame.current.perspective) / (frame.current.scale.y * f32(frame.size.y));
     let own = hit_distance_at(vec2<i32>(pixel), surface);
-    if own > 0.0 {
-        return own;
-    }
-    var sum = 0.0;
-    var count = 0.0;
+    var sum = vec2(0.0);
     for (var i = 0; i < 9; i++) {
         let texel = vec2<i32>(pixel) + vec2(i % 3 - 1, i / 3 - 1);
         if inside(texel, frame) {
             let found = hit_distance_at(texel, surface);
             let other = neighbour_at(texel);
             if found > 0.0 && continues(surface.normal, surface.depth, other.normal, other.position - position) {
-                sum += 1.0 / found; // motion is linear in the inverse
-                count += 1.0;
+                let share = saturate(2.0 * surface.roughness * surface.roughness * found / pixel_width - 1.0);
+                sum += select(share, 1.0, i == 4 || own <= 0.0) * vec2(1.0 / found, 1.0);
             }
         }
     }
-    return select(0.0, count / max(sum, 1e-30), count > 0.0);
+    return sum.y / max(sum.x, 1e-30) * select(0.0, 1.0, sum.y > 0.0);
 }
 
 struct Neighbour {
