@@ -1,5 +1,12 @@
 //! The images that the path tracer writes and the denoiser reads, on the GPU.
 
+use crate::gpu::Gpu;
+use anyhow::Result;
+use half::f16;
+
+/// Linear roughness below which a surface shows what is around it, not only how bright that is.
+const REFLECTIVE_ROUGHNESS: f32 = 0.5;
+
 /// What of a frame the denoiser gets apart, by the lobe through which light left the first hit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -117,5 +124,16 @@ impl GBuffer {
             specular_albedo: is_split.then(|| image("specular_albedo", Rgba16Float)),
             hit_distance: is_split.then(|| image("hit_distance", R32Float)),
         }
+    }
+
+    /// Of each pixel, whether its surface is reflective: its roughness is below 0.5, and its depth below `far`. Waits for the GPU.
+    pub fn reflective(&self, gpu: &Gpu, far: f32) -> Result<Vec<bool>> {
+        let bytes = gpu.read_texture(self.normal_roughness.texture())?;
+        let normal_roughness: Vec<[f16; 4]> = bytemuck::pod_collect_to_vec(&bytes);
+        let depth: Vec<f32> = bytemuck::pod_collect_to_vec(&gpu.read_texture(self.depth.texture())?);
+        let is_reflective = |([.., roughness], depth): (&[f16; 4], &f32)| {
+            roughness.to_f32() < REFLECTIVE_ROUGHNESS && *depth < far
+        };
+        Ok(normal_roughness.iter().zip(&depth).map(is_reflective).collect())
     }
 }
