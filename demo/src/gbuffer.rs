@@ -14,13 +14,13 @@ pub enum Split {
     /// Specular radiance, its albedo, and hit distances
     #[default]
     Full,
-    /// Hit distances only, with radiance in one
+    /// Hit distances, with combined radiance
     HitDistance,
-    /// Nothing: radiance in one
+    /// Nothing: combined radiance
     None,
 }
 
-/// The radiance of a frame in two, which sum to [`GBuffer::radiance`] but for rounding.
+/// The split radiance of a frame: two images that sum to [`GBuffer::radiance`] but for rounding.
 #[derive(Debug)]
 pub struct Lobes {
     /// `Rgba32Float`: all but `specular`: what left the first hit through its diffuse lobe, emission, and the sky at a miss.
@@ -34,10 +34,10 @@ pub struct Lobes {
 pub struct GBuffer {
     pub width: u32,
     pub height: u32,
-    /// `Rgba32Float`: noisy radiance, emission included; the sky at a miss.
+    /// `Rgba32Float`: noisy combined radiance, emission included; the sky at a miss.
     pub radiance: wgpu::TextureView,
-    /// `Rgba16Float`: albedo at the first hit, 1 at a miss: base colour, diffuse and, in metals, specular. It is that of
-    /// `Lobes::rest` as well: a metal has no signal there that another albedo would serve better.
+    /// `Rgba16Float`: diffuse reflectance at the first hit, specular colour at normal incidence for metals; 1 at a miss. That of
+    /// `Lobes::rest` as well, which is black on metals whatever they are demodulated by.
     pub albedo: wgpu::TextureView,
     /// `Rgba16Float`: world-space shading normal, linear roughness in w; 0 at a miss.
     pub normal_roughness: wgpu::TextureView,
@@ -56,7 +56,7 @@ pub struct GBuffer {
     pub sample_map: wgpu::TextureView,
     /// What of the following the denoiser gets, and a capture holds, where nothing else is said.
     pub split: Split,
-    /// Of frames that are traced, or were captured, in two.
+    /// Of frames that were traced or captured split.
     pub lobes: Option<Lobes>,
     /// `Rgba16Float`: what the specular lobe reflects towards the camera of light that comes evenly from all sides; 1 at a miss.
     /// Only with `lobes`.
@@ -97,7 +97,7 @@ pub fn image(
 }
 
 impl GBuffer {
-    /// Images for radiance in one.
+    /// Images for combined radiance alone.
     pub fn new(device: &wgpu::Device, width: u32, height: u32) -> Self {
         Self::with_split(device, width, height, Split::None)
     }

@@ -134,11 +134,11 @@ fn frames_survive_the_way_to_the_gpu_and_back() {
         }
         upload(&gpu.device, &gpu.queue, &written, &mut gbuffer);
         let read = download(&gpu, &gbuffer).unwrap();
-        assert_eq!(read, written, "with motion.Z: {with_z}, in two: {is_split}");
+        assert_eq!(read, written, "with motion.Z: {with_z}, split: {is_split}");
         let whole: Vec<[f32; 4]> =
             bytemuck::pod_collect_to_vec(&gpu.read_texture(gbuffer.radiance.texture()).unwrap());
         let whole: Vec<[f32; 3]> = whole.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
-        assert_eq!(whole, written.whole_radiance(), "what is not told apart gets the sum");
+        assert_eq!(whole, written.combined_radiance(), "what is not told apart gets the sum");
     }
 }
 

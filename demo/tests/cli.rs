@@ -144,19 +144,19 @@ fn replayed(capture: &Path, out: &Path, options: &[&str]) -> Vec<ImageRgb> {
 }
 
 #[test]
-fn a_split_capture_is_replayed_in_two_or_in_one() {
+fn a_split_capture_is_replayed_split_or_combined() {
     let folder = tempfile::tempdir().unwrap();
     let [split, whole, out] = ["split", "whole", "out"].map(|name| folder.path().join(name));
     synthetic::write_each(&split, 4, synthetic::split_frame);
     synthetic::write_each(&whole, 4, |i| {
         let frame = synthetic::split_frame(i);
-        let radiance = frame.whole_radiance();
+        let radiance = frame.combined_radiance();
         Frame { radiance, specular: None, specular_albedo: None, hit_distance: None, ..frame }
     });
-    let in_one = replayed(&whole, &out, &[]);
-    assert_eq!(replayed(&split, &out, &["--no-split"]), in_one);
-    assert_eq!(replayed(&split, &out, &["--split", "none"]), in_one);
-    assert_ne!(replayed(&split, &out, &["--split", "full"]), in_one);
+    let combined = replayed(&whole, &out, &[]);
+    assert_eq!(replayed(&split, &out, &["--no-split"]), combined);
+    assert_eq!(replayed(&split, &out, &["--split", "none"]), combined);
+    assert_ne!(replayed(&split, &out, &["--split", "full"]), combined);
     assert_eq!(replayed(&split, &out, &["--method", "svgf"]), replayed(&whole, &out, &["--method", "svgf"]));
 }
 

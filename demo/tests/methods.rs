@@ -116,7 +116,7 @@ fn all_but_quell_get_the_sum_of_a_split_frame() {
     // Parts that sum to a frame's radiance to the last bit.
     let frames: Vec<Frame> = (0..3).map(split_frame).collect();
     let whole: Vec<Frame> =
-        (0..3).map(|i| Frame { radiance: frames[i].whole_radiance(), ..frame(i) }).collect();
+        (0..3).map(|i| Frame { radiance: frames[i].combined_radiance(), ..frame(i) }).collect();
     for method in [Method::None, Method::Accumulate, Method::Svgf, Method::Bmfr] {
         let [split, whole] = [&frames, &whole].map(|frames| run(&gpu, method, frames, &[0], 32.0));
         assert_eq!(split, whole, "{}", method.name());

@@ -112,8 +112,7 @@ fn time_controls(ui: &mut Ui, view: &mut ViewState) {
 
 fn denoiser_controls(ui: &mut Ui, view: &mut ViewState) {
     let mut apart = view.signals != Split::None;
-    let described =
-        "Off, reflections are denoised in one with all else, and move with the surface that they are seen on";
+    let described = "Off, reflections are denoised with all else, as if they were painted on the surface";
     if ui.checkbox(&mut apart, "Specular radiance apart").on_hover_text(described).changed() {
         view.toggle_signals();
     }

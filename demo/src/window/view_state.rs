@@ -140,7 +140,7 @@ impl ViewState {
         self.debug = None;
     }
 
-    /// Radiance in one, or again in two.
+    /// Combined radiance, or again split.
     pub fn toggle_signals(&mut self) {
         self.signals = if self.signals == Split::None { Split::Full } else { Split::None };
     }

@@ -65,7 +65,7 @@ pub fn frame(index: usize) -> Frame {
     frame
 }
 
-/// The same frame in two: a third of what is not sky left through a specular lobe, towards something behind the plane.
+/// The same frame, split: a third of what is not sky left through a specular lobe, towards something behind the plane.
 pub fn split_frame(index: usize) -> Frame {
     let mut frame = frame(index);
     let is_sky = |i: usize| (i as u32) < SKY * WIDTH;
