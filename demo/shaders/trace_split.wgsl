@@ -1,4 +1,4 @@
-// trace_split: as trace, of the same paths, and in two: radiance that left the first hit through its specular lobe, and the rest.
+// trace_split: as trace, and the same radiance split: what left the first hit through its specular lobe, and the rest.
 //
 // Reads:  the scene, the frame, hits, sample_count; listed and work (see plan): the pixels that get any
 // Writes: radiance, rest, specular (means of the frame's samples), hit_distance

@@ -15,7 +15,7 @@ use crate::study::{Rect, StudyOptions, study};
 use crate::tracer::Sampling;
 use crate::walk::{References, WalkOptions, load_scene};
 use crate::walkthrough::Walkthrough;
-use crate::window::{self, WindowError, WindowOptions};
+use crate::window::{self, ViewState, WindowError, WindowOptions};
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
 use std::io::Write;
@@ -273,6 +273,7 @@ fn run_walkthrough(args: WalkthroughArgs) -> Result<()> {
         // larger than the room on it.
         speed: pose.eye.distance(pose.target) / 4.0,
         max_frames: args.exit_after.map(u64::from),
+        view: ViewState { signals: args.split.split(), ..ViewState::default() },
         ..WindowOptions::default()
     };
     match window::run(options, |gpu| Walkthrough::new(gpu, scene, args.seed, args.start)) {

@@ -1,5 +1,12 @@
 //! The images that the path tracer writes and the denoiser reads, on the GPU.
 
+use crate::gpu::Gpu;
+use anyhow::Result;
+use half::f16;
+
+/// Linear roughness below which a surface shows what is around it, not only how bright that is.
+const REFLECTIVE_ROUGHNESS: f32 = 0.5;
+
 /// What of a frame the denoiser gets apart, by the lobe through which light left the first hit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -7,13 +14,13 @@ pub enum Split {
     /// Specular radiance, its albedo, and hit distances
     #[default]
     Full,
-    /// Hit distances only, with radiance in one
+    /// Hit distances, with combined radiance
     HitDistance,
-    /// Nothing: radiance in one
+    /// Nothing: combined radiance
     None,
 }
 
-/// The radiance of a frame in two, which sum to [`GBuffer::radiance`] but for rounding.
+/// The split radiance of a frame: two images that sum to [`GBuffer::radiance`] but for rounding.
 #[derive(Debug)]
 pub struct Lobes {
     /// `Rgba32Float`: all but `specular`: what left the first hit through its diffuse lobe, emission, and the sky at a miss.
@@ -27,10 +34,10 @@ pub struct Lobes {
 pub struct GBuffer {
     pub width: u32,
     pub height: u32,
-    /// `Rgba32Float`: noisy radiance, emission included; the sky at a miss.
+    /// `Rgba32Float`: noisy combined radiance, emission included; the sky at a miss.
     pub radiance: wgpu::TextureView,
-    /// `Rgba16Float`: albedo at the first hit, 1 at a miss: base colour, diffuse and, in metals, specular. It is that of
-    /// `Lobes::rest` as well: a metal has no signal there that another albedo would serve better.
+    /// `Rgba16Float`: diffuse reflectance at the first hit, specular colour at normal incidence for metals; 1 at a miss. That of
+    /// `Lobes::rest` as well, which is black on metals whatever they are demodulated by.
     pub albedo: wgpu::TextureView,
     /// `Rgba16Float`: world-space shading normal, linear roughness in w; 0 at a miss.
     pub normal_roughness: wgpu::TextureView,
@@ -49,7 +56,7 @@ pub struct GBuffer {
     pub sample_map: wgpu::TextureView,
     /// What of the following the denoiser gets, and a capture holds, where nothing else is said.
     pub split: Split,
-    /// Of frames that are traced, or were captured, in two.
+    /// Of frames that were traced or captured split.
     pub lobes: Option<Lobes>,
     /// `Rgba16Float`: what the specular lobe reflects towards the camera of light that comes evenly from all sides; 1 at a miss.
     /// Only with `lobes`.
@@ -90,7 +97,7 @@ pub fn image(
 }
 
 impl GBuffer {
-    /// Images for radiance in one.
+    /// Images for combined radiance alone.
     pub fn new(device: &wgpu::Device, width: u32, height: u32) -> Self {
         Self::with_split(device, width, height, Split::None)
     }
@@ -117,5 +124,16 @@ impl GBuffer {
             specular_albedo: is_split.then(|| image("specular_albedo", Rgba16Float)),
             hit_distance: is_split.then(|| image("hit_distance", R32Float)),
         }
+    }
+
+    /// Of each pixel, whether its surface is reflective: its roughness is below 0.5, and its depth below `far`. Waits for the GPU.
+    pub fn reflective(&self, gpu: &Gpu, far: f32) -> Result<Vec<bool>> {
+        let bytes = gpu.read_texture(self.normal_roughness.texture())?;
+        let normal_roughness: Vec<[f16; 4]> = bytemuck::pod_collect_to_vec(&bytes);
+        let depth: Vec<f32> = bytemuck::pod_collect_to_vec(&gpu.read_texture(self.depth.texture())?);
+        let is_reflective = |([.., roughness], depth): (&[f16; 4], &f32)| {
+            roughness.to_f32() < REFLECTIVE_ROUGHNESS && *depth < far
+        };
+        Ok(normal_roughness.iter().zip(&depth).map(is_reflective).collect())
     }
 }

@@ -49,7 +49,7 @@ pub struct MethodFrame<'a> {
     pub restart: bool,
     /// All methods use `far` and `max_history`. `motion_scale` is ignored: the G-buffer's motion is in pixels.
     pub settings: &'a Settings,
-    /// Which of the G-buffer's split images quell gets, where there are any. The others take radiance in one, as it always is.
+    /// Which of the G-buffer's split images quell gets, where there are any. The others take combined radiance.
     pub split: Split,
     /// Quell alone draws debug views; the others leave the image untouched.
     pub debug: Option<(DebugView, &'a wgpu::TextureView)>,

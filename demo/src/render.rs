@@ -171,9 +171,13 @@ pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
                 sheet.add(format!("reference, {} spp", options.references.spp), reference);
             }
         }
+        let reflective = match reference {
+            Some(_) => walk.gbuffer().reflective(gpu, settings.far)?,
+            None => vec![],
+        };
         for (quality, image) in quality.iter_mut().zip(images) {
             quality
-                .add(i as usize, image, reference.clone())
+                .add(i as usize, image, reference.clone(), &reflective)
                 .with_context(|| format!("metrics of frame {i}"))?;
         }
         progress.inc(1);

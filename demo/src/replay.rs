@@ -55,7 +55,12 @@ pub fn replay(options: &ReplayOptions) -> Result<Option<QualityReport>> {
         image.write_exr(&options.out.join(format!("frame_{i:04}.exr")))?;
         image.write_png(&options.out.join(format!("frame_{i:04}.png")))?;
         quality.add_models(runner.models());
-        quality.add(i, image, frame.reference_image()).with_context(|| format!("metrics of frame {i}"))?;
+        let reference = frame.reference_image();
+        let reflective = match reference {
+            Some(_) => gbuffer.reflective(&gpu, header.far)?,
+            None => vec![],
+        };
+        quality.add(i, image, reference, &reflective).with_context(|| format!("metrics of frame {i}"))?;
         progress.inc(1);
     }
     progress.finish_and_clear();

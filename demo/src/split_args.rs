@@ -5,7 +5,7 @@ use clap::Args;
 
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub struct SplitArgs {
-    /// What quell gets apart of what left the first hit through its specular lobe; the other methods get radiance in one
+    /// What quell gets apart of what left the first hit through its specular lobe; the other methods get combined radiance
     #[arg(long, value_enum, value_name = "PARTS", default_value_t)]
     split: Split,
     /// As --split none

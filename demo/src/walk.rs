@@ -28,7 +28,7 @@ pub struct WalkOptions {
     pub seed: u32,
     /// Whether samples lie elsewhere in the pixel in every frame, and all over it in references.
     pub jitter: bool,
-    /// What is traced apart. It changes neither the paths nor radiance in one.
+    /// What is traced apart. It changes neither the paths nor combined radiance.
     pub split: Split,
 }
 

@@ -98,6 +98,12 @@ impl FrameSource for Walkthrough {
         self.time_s += request.time_step_s;
         let mut camera = camera_of(&self.scene.camera(self.time_s), size[0], size[1]);
         camera.view_from_world = request.free_view.unwrap_or(camera.view_from_world);
+        let signals = request.view.signals;
+        if targets.gbuffer.split != signals {
+            // Only while the denoiser takes them: tracing apart costs time.
+            targets.gbuffer = GBuffer::with_split(&gpu.device, size[0], size[1], signals);
+            targets.sample_map_is_new = false;
+        }
         let view = FrameView { camera, time_s: self.time_s, previous: self.previous };
         let (spp, sampling) = (request.view.spp, request.view.sampling);
         let is_adaptive = sampling == Sampling::Adaptive;

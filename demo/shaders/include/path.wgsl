@@ -13,7 +13,7 @@ const ROUGH_SPREAD: f32 = 0.1;
 // What a path brings to the camera.
 struct Path {
     radiance: vec3f,
-    // The same in two: what left the first hit through its specular lobe, and the rest. Only where `SPLIT`.
+    // The same, split: what left the first hit through its specular lobe, and the rest. Only where `SPLIT`.
     rest: vec3f,
     specular: vec3f,
     // From the first hit to the next; 0 where that direction was not drawn from the specular lobe.

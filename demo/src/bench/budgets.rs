@@ -159,7 +159,7 @@ impl Played<'_> {
                 }
                 if round + 1 == rounds {
                     let image = ImageRgb::read_back(gpu, runner.output().texture())?;
-                    quality.add(i, image, capture.reference_image())?;
+                    quality.add(i, image, capture.reference_image(), &[])?;
                 }
             }
         }

@@ -6,7 +6,7 @@
 //! | channels | needed | meaning |
 //! | --- | --- | --- |
 //! | `radiance.R .G .B` | yes | noisy scene-linear radiance, direct emission included |
-//! | `albedo.R .G .B` | yes | reflectance at the first hit, 1 at a miss |
+//! | `albedo.R .G .B` | yes | diffuse reflectance at the first hit, specular colour at normal incidence for metals, the same with and without `specular`; 1 at a miss |
 //! | `normal.X .Y .Z` | yes | world-space unit normal, 0 at a miss |
 //! | `depth.Z` | yes | positive linear view depth; at or beyond `far` is a miss |
 //! | `motion.X .Y` | yes | previous minus current pixel position, +x right, +y down, without jitter |
@@ -18,9 +18,9 @@
 //! | `specular.R .G .B` | no | the part of the radiance that left the first hit through its specular lobe, 0 at a miss; `radiance` then holds the rest |
 //! | `specular_albedo.R .G .B` | no | what that lobe reflects towards the camera of light that comes evenly from all sides, 0 to 1, 1 at a miss; only with `specular` |
 //! | `hit_distance.Y` | no | world-space distance from the first hit along a direction of its specular lobe to the next; at or beyond `far` for the sky; 0, negative or NaN where unknown and at a miss |
-//! | `reference.R .G .B` | no | converged radiance of the same frame, in one |
+//! | `reference.R .G .B` | no | converged, combined radiance of the same frame |
 //!
-//! With `specular`, whatever works on radiance in one (the peers, the noisy input, quell without the split) gets the sum of the
+//! With `specular`, whatever works on combined radiance (the peers, the noisy input, quell without the split) gets the sum of the
 //! two.
 //!
 //! Matrices are column-major for column vectors, right-handed, view space looking down -z, clip depth 0 to 1.
@@ -135,8 +135,8 @@ impl Frame {
         }
     }
 
-    /// Radiance in one.
-    pub fn whole_radiance(&self) -> Vec<[f32; 3]> {
+    /// Combined radiance: the sum of the two, where there are two.
+    pub fn combined_radiance(&self) -> Vec<[f32; 3]> {
         let Some(specular) = &self.specular else {
             return self.radiance.clone();
         };

@@ -63,7 +63,7 @@ pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue, frame: &Frame, gbuffer
     let with =
         |rgb: &[[f32; 3]], w: f32| -> Vec<[f32; 4]> { rgb.iter().map(|&[r, g, b]| [r, g, b, w]).collect() };
 
-    write_texture(queue, gbuffer.radiance.texture(), &with(&frame.whole_radiance(), 1.0));
+    write_texture(queue, gbuffer.radiance.texture(), &with(&frame.combined_radiance(), 1.0));
     if let (Some(lobes), Some(specular)) = (&gbuffer.lobes, &frame.specular) {
         write_texture(queue, lobes.rest.texture(), &with(&frame.radiance, 1.0));
         write_texture(queue, lobes.specular.texture(), &with(specular, 1.0));

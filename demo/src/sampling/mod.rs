@@ -241,7 +241,7 @@ impl<'a> Run<'a> {
             self.tally.correlations.extend(error_correlation(&expected, &image, reference));
         }
         self.last = Some(image.clone());
-        self.quality.add(i, image, reference.cloned())?;
+        self.quality.add(i, image, reference.cloned(), &[])?;
         Ok(())
     }
 
