@@ -169,7 +169,7 @@ fn brushed(scene: &mut Scene) {
         .fold(MeshBuilder::new(1.0), |builder, place| builder.lathe(place, &column, 64));
     add(scene, columns, brushed("brushed steel", [0.66, 0.67, 0.70]));
     let slab = MeshBuilder::new(1.0).cuboid(vec3(-0.6, 0.0, -0.03), vec3(0.6, 1.5, 0.03));
-    let turn = Affine3A::from_rotation_translation(Quat::from_rotation_y(0.9), vec3(-2.9, 0.0, -0.2));
+    let turn = Affine3A::from_rotation_translation(Quat::from_rotation_y(1.1), vec3(-2.7, 0.0, -0.9));
     add(scene, slab.transformed(turn), brushed("brushed bronze", [0.80, 0.52, 0.33]));
     let vase = [
         (0.0, 0.0),
@@ -185,7 +185,7 @@ fn brushed(scene: &mut Scene) {
         (0.07, 0.88),
     ];
     let checker = scene.add_image(textures::checker());
-    let vases = [vec3(2.6, 0.0, -0.9), vec3(-3.2, 0.0, 1.6)]
+    let vases = [vec3(1.75, 0.0, -1.55), vec3(-3.2, 0.0, 1.6)]
         .into_iter()
         .fold(MeshBuilder::new(1.0), |builder, place| builder.lathe(place, &vase, 56));
     let glaze = Material {
@@ -197,19 +197,19 @@ fn brushed(scene: &mut Scene) {
 
 fn lights(scene: &mut Scene) {
     let halo = MeshBuilder::new(1.0).torus(vec3(0.0, 2.95, 0.0), 1.0, 0.035, 48);
-    add(scene, halo, glow("halo", [15.0, 13.0, 10.5]));
+    add(scene, halo, glow("halo", [30.0, 26.0, 21.0]));
     let bars = [-2.85, -0.7, 1.4, 3.5].into_iter().fold(MeshBuilder::new(1.0), |builder, z| {
         builder.cuboid(vec3(X[0], 0.4, z - 0.025), vec3(X[0] + 0.05, 2.7, z + 0.025))
     });
-    add(scene, bars, glow("bars", [3.0, 8.5, 11.0]));
+    add(scene, bars, glow("bars", [4.5, 13.5, 18.0]));
     let cove = MeshBuilder::new(1.0).cuboid(vec3(X[1] - 0.05, 2.6, -2.6), vec3(X[1], 2.68, 3.6));
-    add(scene, cove, glow("cove", [14.0, 4.6, 2.6]));
+    add(scene, cove, glow("cove", [28.0, 9.5, 5.5]));
 }
 
 /// A lamp and a lacquered ball that circle the centrepiece, opposite to each other.
 fn rounds(scene: &mut Scene) {
-    let lamp = scene.add_material(glow("lamp", [75.0, 50.0, 27.0]));
-    let globe = MeshBuilder::new(1.0).sphere(Vec3::ZERO, 0.10, 12).build("lamp", lamp);
+    let lamp = scene.add_material(glow("lamp", [95.0, 64.0, 34.0]));
+    let globe = MeshBuilder::new(1.0).sphere(Vec3::ZERO, 0.12, 12).build("lamp", lamp);
     scene.add(globe, circling(vec3(0.0, 1.55, 0.0), 1.55, 0.0, 6.0));
     let lacquer = scene.add_material(dielectric("blue lacquer", [0.03, 0.10, 0.50], 0.1));
     let ball = MeshBuilder::new(1.0).sphere(Vec3::ZERO, 0.22, 32).build("ball", lacquer);
@@ -246,5 +246,37 @@ fn path() -> CameraPath {
         vertical_fov: 1.0,
         duration: LENGTH_S,
         closed: false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lamp_and_the_ball_go_round() {
+        let scene = reflections();
+        for name in ["lamp", "ball"] {
+            let instance = scene.instances.iter().find(|i| scene.meshes[i.mesh].name == name).unwrap();
+            let place = |time_s| Vec3::from(scene.pose(time_s).world_from_node[instance.node].translation);
+            for second in 0..LENGTH_S as u32 {
+                let way = place(second as f32).distance(place(second as f32 + 1.0));
+                assert!((1.0..2.5).contains(&way), "{name} at {second} s: {way} m");
+            }
+        }
+    }
+
+    #[test]
+    fn all_light_is_of_the_room_and_the_camera_stays_in_it() {
+        let scene = reflections();
+        assert!(scene.sun.is_none() && scene.punctual_lights.is_empty());
+        assert_eq!(scene.sky, crate::scene::Sky::BLACK);
+        let (low, high) = scene.bounds();
+        for step in 0..=24 {
+            let eye = scene.camera(0.5 * step as f32).eye;
+            assert!((low + 0.5).cmplt(eye).all() && eye.cmplt(high - 0.5).all(), "{eye}");
+            // Nor inside the plinth's ring.
+            assert!(eye.with_y(0.0).length() > 1.5, "{eye}");
+        }
     }
 }
