@@ -1,4 +1,6 @@
-//! The default scene, built in code: a colonnade in the sun and a hall behind it that only indirect light reaches.
+//! The default tour, built in code: a walk through the gallery, then a room of reflections (a scene of its own).
+//!
+//! The gallery is a colonnade in the sun and a hall behind it that only indirect light reaches.
 //!
 //! What each part is there for: columns, sharp sun shadows under a moving camera; checker floor, glossy
 //! reflections; hall, indirect light through doors and a high gap; lamp, light that changes at once; torus and

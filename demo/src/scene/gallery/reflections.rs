@@ -92,8 +92,8 @@ fn mirror(scene: &mut Scene) {
 
 /// Pictures under lacquer, along the left wall and on the front one.
 fn panels(scene: &mut Scene) {
-    let pictures = [textures::painting_sea(), textures::painting_rings(), textures::painting_waves()];
-    let [sea, rings, waves] = pictures.map(|picture| {
+    let pictures = [textures::painting_sea(), textures::painting_rings(), textures::painting_fields()];
+    let [sea, rings, fields] = pictures.map(|picture| {
         let name = format!("lacquered {}", picture.name);
         let image = scene.add_image(picture);
         let texture = Some(TextureRef::new(image));
@@ -102,7 +102,7 @@ fn panels(scene: &mut Scene) {
     let size = 1.5;
     let board = dielectric("black lacquer", [0.012, 0.012, 0.014], 0.1);
     let mut boards = MeshBuilder::new(1.0);
-    for (z, picture) in [(-1.75, sea), (0.35, rings), (2.45, waves)] {
+    for (z, picture) in [(-1.75, sea), (0.35, rings), (2.45, fields)] {
         let corner = vec3(X[0] + 0.10, 0.75, z + 0.5 * size);
         let canvas = MeshBuilder::default().picture(corner, Vec3::NEG_Z * size, Vec3::Y * size);
         add_still(scene, "panel", canvas, picture);
@@ -196,20 +196,26 @@ fn brushed(scene: &mut Scene) {
 }
 
 fn lights(scene: &mut Scene) {
-    let halo = MeshBuilder::new(1.0).torus(vec3(0.0, 2.95, 0.0), 1.0, 0.035, 48);
-    add(scene, halo, glow("halo", [30.0, 26.0, 21.0]));
-    let bars = [-2.85, -0.7, 1.4, 3.5].into_iter().fold(MeshBuilder::new(1.0), |builder, z| {
-        builder.cuboid(vec3(X[0], 0.4, z - 0.025), vec3(X[0] + 0.05, 2.7, z + 0.025))
+    let (radius, height) = (0.78, 2.3);
+    let halo = MeshBuilder::new(1.0).torus(vec3(0.0, height, 0.0), radius, 0.055, 48);
+    add(scene, halo, glow("halo", [40.0, 35.0, 28.0]));
+    let wires = (0..3).fold(MeshBuilder::new(1.0), |builder, i| {
+        let (sin, cos) = (i as f32 / 3.0 * TAU).sin_cos();
+        builder.lathe(vec3(radius * cos, height, radius * sin), &[(0.006, 0.0), (0.006, HEIGHT - height)], 8)
     });
-    add(scene, bars, glow("bars", [4.5, 13.5, 18.0]));
-    let cove = MeshBuilder::new(1.0).cuboid(vec3(X[1] - 0.05, 2.6, -2.6), vec3(X[1], 2.68, 3.6));
-    add(scene, cove, glow("cove", [28.0, 9.5, 5.5]));
+    add(scene, wires, metal("wires", [0.20, 0.20, 0.21], 0.4));
+    let bars = [-2.85, -0.7, 1.4, 3.5].into_iter().fold(MeshBuilder::new(1.0), |builder, z| {
+        builder.cuboid(vec3(X[0], 0.4, z - 0.04), vec3(X[0] + 0.05, 2.7, z + 0.04))
+    });
+    add(scene, bars, glow("bars", [4.0, 12.0, 15.5]));
+    let cove = MeshBuilder::new(1.0).cuboid(vec3(X[1] - 0.05, 2.6, -2.6), vec3(X[1], 2.74, 3.6));
+    add(scene, cove, glow("cove", [24.0, 8.3, 4.8]));
 }
 
 /// A lamp and a lacquered ball that circle the centrepiece, opposite to each other.
 fn rounds(scene: &mut Scene) {
-    let lamp = scene.add_material(glow("lamp", [95.0, 64.0, 34.0]));
-    let globe = MeshBuilder::new(1.0).sphere(Vec3::ZERO, 0.12, 12).build("lamp", lamp);
+    let lamp = scene.add_material(glow("lamp", [73.0, 49.0, 26.0]));
+    let globe = MeshBuilder::new(1.0).sphere(Vec3::ZERO, 0.16, 12).build("lamp", lamp);
     scene.add(globe, circling(vec3(0.0, 1.55, 0.0), 1.55, 0.0, 6.0));
     let lacquer = scene.add_material(dielectric("blue lacquer", [0.03, 0.10, 0.50], 0.1));
     let ball = MeshBuilder::new(1.0).sphere(Vec3::ZERO, 0.22, 32).build("ball", lacquer);
