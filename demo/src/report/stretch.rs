@@ -40,11 +40,11 @@ pub struct Frame<'a> {
 
 /// Samples per pixel of what is traced: the denoiser's case.
 const SPP: u32 = 1;
-/// Where in the gallery's tour the hall begins, the room that only a far door lights, and where in the room of reflections the
-/// camera has left its rest, in seconds.
+/// Where in the gallery's tour the hall begins, the room that only a far door lights, and where among the reflections the
+/// camera passes from a straight line to a circle, in seconds.
 const HALL_S: f32 = 8.0;
 const DIM_ROOM_S: f32 = 16.0;
-const REFLECTIONS_S: f32 = gallery::WALK_S + 2.0;
+const REFLECTIONS_S: f32 = gallery::WALK_S + 5.2;
 /// Share of the frames before the lamp goes off: history has to be there, and to be seen to recover.
 const BEFORE_SWITCH: f32 = 0.6;
 

@@ -197,8 +197,8 @@ fn brushed(scene: &mut Scene) {
 
 fn lights(scene: &mut Scene) {
     let (radius, height) = (0.78, 2.3);
-    let halo = MeshBuilder::new(1.0).torus(vec3(0.0, height, 0.0), radius, 0.055, 48);
-    add(scene, halo, glow("halo", [40.0, 35.0, 28.0]));
+    let halo = MeshBuilder::new(1.0).torus(vec3(0.0, height, 0.0), radius, 0.045, 48);
+    add(scene, halo, glow("halo", [49.0, 43.0, 34.0]));
     let wires = (0..3).fold(MeshBuilder::new(1.0), |builder, i| {
         let (sin, cos) = (i as f32 / 3.0 * TAU).sin_cos();
         builder.lathe(vec3(radius * cos, height, radius * sin), &[(0.006, 0.0), (0.006, HEIGHT - height)], 8)
