@@ -121,7 +121,7 @@ pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
         let sample_budget = (sampling == Sampling::Adaptive).then_some(spp);
         let frame = MethodFrame {
             sample_budget,
-            ..MethodFrame::new(walk.gbuffer(), walk.view(i).camera, i == 0, &settings)
+            ..MethodFrame::new(walk.gbuffer(), walk.view(i).camera, walk.is_cut(i), &settings)
         };
         for (runner, antialias) in runners.iter_mut().zip(&mut antialias) {
             times.measure(gpu, runner.method().name(), |encoder| {

@@ -192,6 +192,20 @@ fn jitter_and_antialiasing_change_what_they_say() {
 }
 
 #[test]
+fn history_ends_where_the_tour_goes_on_in_another_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let capture = folder.path().join("capture");
+    // Frames at 23, 23.5, 24 and 24.5 s.
+    let times = ["--frames", "4", "--fps", "2", "--start", "23"];
+    let out = ["--size", "16x9", "--out", capture.to_str().unwrap()];
+    assert_succeeds(&demo(&[&["record"], &times[..], &out].concat()));
+    let json = std::fs::read_to_string(capture.join("capture.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let restarts: Vec<_> = json["frames"].as_array().unwrap().iter().map(|frame| &frame["restart"]).collect();
+    assert_eq!(restarts, [true, false, true, false]);
+}
+
+#[test]
 fn the_seed_decides_the_noise() {
     let folder = tempfile::tempdir().unwrap();
     let noisy = |name: &str, more: &[&str]| {

@@ -194,7 +194,7 @@ fn time_size(
         gpu.queue.submit([encoder.finish()]);
         gpu.device.poll(wgpu::PollType::wait_indefinitely()).context("waiting for the path tracer")?;
 
-        let frame = MethodFrame::new(walk.gbuffer(), walk.view(i).camera, i == 0, &settings);
+        let frame = MethodFrame::new(walk.gbuffer(), walk.view(i).camera, walk.is_cut(i), &settings);
         for turn in 0..runners.len() {
             // Another one begins with every frame: whoever follows the tracer may find other caches and clocks.
             let which = (turn + i as usize) % runners.len();

@@ -19,7 +19,7 @@ pub struct ReportArgs {
     /// A folder with a capture to add to the suite; its frames with a reference are measured
     #[arg(long = "capture", value_name = "DIR")]
     pub captures: Vec<PathBuf>,
-    /// Leave the built-in gallery's three stretches out
+    /// Leave the built-in gallery's stretches out
     #[arg(long)]
     pub no_gallery: bool,
     /// Methods to compare, e.g. quell,accumulate [default: all]; the noisy input is always shown

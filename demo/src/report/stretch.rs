@@ -6,7 +6,7 @@ use crate::capture::{CaptureReader, gbuffer_for, upload};
 use crate::gbuffer::{GBuffer, Split};
 use crate::gpu::Gpu;
 use crate::image::ImageRgb;
-use crate::scene::{Scene, gallery};
+use crate::scene::gallery;
 use crate::tracer::Sampling;
 use crate::walk::{Walk, WalkOptions};
 use anyhow::{Context, Result};
@@ -40,19 +40,22 @@ pub struct Frame<'a> {
 
 /// Samples per pixel of what is traced: the denoiser's case.
 const SPP: u32 = 1;
-/// Where in the gallery's walk the hall begins, and the room that only a far door lights, in seconds.
+/// Where in the gallery's tour the hall begins, the room that only a far door lights, and where among the reflections the
+/// camera passes from a straight line to a circle, in seconds.
 const HALL_S: f32 = 8.0;
 const DIM_ROOM_S: f32 = 16.0;
+const REFLECTIONS_S: f32 = gallery::WALK_S + 5.2;
 /// Share of the frames before the lamp goes off: history has to be there, and to be seen to recover.
 const BEFORE_SWITCH: f32 = 0.6;
 
 /// The built-in stretches of the gallery: name and start time.
-fn gallery_stretches(options: &ReportOptions) -> [(&'static str, f32); 3] {
+fn gallery_stretches(options: &ReportOptions) -> [(&'static str, f32); 4] {
     let before = (options.frames as f32 * BEFORE_SWITCH) as u32;
     [
         ("Colonnade in the sun", 0.0),
         ("Hall, the lamp goes off", switch_off(options.fps) - before as f32 / options.fps),
         ("Dim room", DIM_ROOM_S),
+        ("Reflections", REFLECTIONS_S),
     ]
 }
 
@@ -129,7 +132,7 @@ impl Stretch {
                 split: options.split,
             },
         )?;
-        let events = frame_events(walk.scene(), start_s, fps, frames);
+        let events = frame_events(&walk, frames);
         let referenced = referenced(options, &events)?;
         let spp = options.references.spp;
         let file = scene.map_or("the built-in gallery".to_owned(), |path| path.display().to_string());
@@ -184,7 +187,8 @@ impl Stretch {
                 let reference =
                     referenced.contains(&index).then(|| walk.reference(gpu, index, *spp, progress));
                 let (gbuffer, camera) = (walk.gbuffer(), walk.view(index).camera);
-                Ok(Frame { gbuffer, camera, restart: index == 0, reference: reference.transpose()? })
+                let restart = walk.is_cut(index);
+                Ok(Frame { gbuffer, camera, restart, reference: reference.transpose()? })
             }
             Origin::Capture { reader, split, images } => {
                 let frame = reader.read(index as usize).with_context(|| format!("frame {index}"))?;
@@ -199,10 +203,16 @@ impl Stretch {
     }
 }
 
-fn frame_events(scene: &Scene, start_s: f32, fps: f32, frames: u32) -> Vec<Event> {
-    // As a walk has them, to the last bit.
-    let times: Vec<f32> = (0..frames).map(|i| start_s + i as f32 / fps).collect();
-    light_switches(scene, &times)
+fn frame_events(walk: &Walk, frames: u32) -> Vec<Event> {
+    let at = |frame: u32| {
+        if walk.is_cut(frame) {
+            return vec![Event { frame, label: "cut".to_owned() }];
+        }
+        let [(_, before_s), (scene, time_s)] = [frame - 1, frame].map(|frame| walk.scene_at(frame));
+        let switches = light_switches(scene, &[before_s, time_s]);
+        switches.into_iter().map(|event| Event { frame, ..event }).collect()
+    };
+    (1..frames).flat_map(at).collect()
 }
 
 /// Frames to trace references of: those asked for, or pairs spread over the stretch and those about its events.

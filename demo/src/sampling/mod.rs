@@ -228,7 +228,7 @@ impl<'a> Run<'a> {
         let frame = MethodFrame {
             sample_budget: (self.sampling == Sampling::Adaptive).then_some(self.spp),
             debug: Some((DebugView::OutputError, &self.debug)),
-            ..MethodFrame::new(walk.gbuffer(), walk.view(index).camera, i == 0, &settings)
+            ..MethodFrame::new(walk.gbuffer(), walk.view(index).camera, walk.is_cut(index), &settings)
         };
         self.runner.encode(gpu, &mut encoder, &frame)?;
         gpu.queue.submit([encoder.finish()]);
