@@ -192,11 +192,15 @@ fn temporal_mix(middle: Middle, corner: vec2<i32>, place: vec2<i32>, predicted: 
         let l = luminance(select(mean.rgb, predicted.signal, is_known(predicted)));
         return Mix(share, max(predicted.relative_noise, 1.0) * l * l);
     }
+    // Samples of a mirror also scatter by what passes in it: what is expected of them is too much.
     let noise = select(max(variance.x, variance.y), variance.y, IS_SPECULAR);
     let beyond = max(squares.x - CHANCE * squares.y, 0.0);
     // Firmer than the plain difference: what is hardly beyond chance is chance more often than not.
     var error = beyond * beyond / max(squares.x, 1e-30);
-    if IS_SPECULAR { error = max(squares.x - squares.y, 0.0); }
+    if IS_SPECULAR {
+        // No feature tells what mirrors show: their models err more often than not.
+        error = max(squares.x - squares.y, 0.0);
+    }
     if has(frame, FLAG_MIX) && error > 0.0 && mean.w > 0.0 && is_known(predicted) {
         // A pixel alone says nothing about the model.
         share = error / (error + noise) * (1.0 - 1.0 / (pooled * pooled));

@@ -141,14 +141,16 @@ fn find_origin(pixel: vec2<u32>, surface: Surface) -> Origin {
     return origin;
 }
 
-// Of the specular signal, what is seen in the surface is followed, not the surface; that only where the other left no history.
+// Of the specular signal, what is seen in the surface is followed, not the surface; that only where the other left no history, or
+// where the lobe is too wide for the view of it to have turned.
 fn fetch_signal(pixel: vec2<u32>, origin: Origin, position: vec3<f32>, reflection: Reflection) -> Fetched {
     if !IS_SPECULAR {
         return fetch(origin);
     }
     var of_surface = origin;
     of_surface.nearness = nearness(ray_length(frame.previous, origin.position), reflection.hit_distance);
-    if reflection.hit_distance > 0.0 && origin.texel.x > OFF_SCREEN && memory(origin.surface, position) < frame.max_history {
+    let most = memory(origin.surface, position);
+    if reflection.hit_distance > 0.0 && origin.texel.x > OFF_SCREEN && most < frame.max_history {
         let reflector = previous_reflector(pixel, origin.surface, position, reflection);
         if reflector.is_known {
             let hit = position + reflection.towards * reflection.hit_distance;
@@ -159,7 +161,7 @@ fn fetch_signal(pixel: vec2<u32>, origin: Origin, position: vec3<f32>, reflectio
         }
     }
     var fetched = fetch(of_surface);
-    fetched.history.w = min(fetched.history.w, memory(origin.surface, position));
+    fetched.history.w = min(fetched.history.w, most);
     return fetched;
 }
 
@@ -183,7 +185,7 @@ fn find_reflected_origin(origin: Origin, position: vec3<f32>, reflector: Reflect
 // Motion by which a surface is told from one that stands still.
 const STILL_PX = 0.5;
 // Difference of nearness by which one reflected thing is told from another in a mirror, the rounding of the code included.
-const NEARNESS_TOLERANCE = 0.05;
+const NEARNESS_TOLERANCE = 0.01;
 
 fn tap_belongs(texel: vec2<i32>, origin: Origin) -> bool {
     if !inside(texel, frame) {
@@ -244,8 +246,7 @@ fn fetch(origin: Origin) -> Fetched {
     if all_valid && any(f > vec2(0.0)) {
         let sharp = fetch_catmull_rom(base, f, origin);
         if sharp.valid {
-            // Negative lobes may undershoot next to something bright; darker than black is not history.
-            fetched.history = vec4(max(sharp.mean, vec3(0.0)), fetched.history.w);
+            fetched.history = vec4(sharp.mean, fetched.history.w);
             fetched.noise.deviations = sharp.deviations;
         }
     }
@@ -273,8 +274,8 @@ fn fetch_catmull_rom(base: vec2<i32>, f: vec2<f32>, origin: Origin) -> Sharp {
     let wx = catmull_rom_weights(f.x);
     let wy = catmull_rom_weights(f.y);
     var sharp = Sharp(vec3(0.0), vec3(0.0), false);
-    var lo = vec3(1e30);
-    var hi = vec3(0.0);
+    var least = vec3(HALF_MAX);
+    var most = vec3(0.0);
     for (var y = 0; y < 4; y++) {
         for (var x = 0; x < 4; x++) {
             let texel = base + vec2(x - 1, y - 1);
@@ -291,11 +292,15 @@ fn fetch_catmull_rom(base: vec2<i32>, f: vec2<f32>, origin: Origin) -> Sharp {
                 return sharp;
             }
             sharp.mean += w * tap.rgb;
-            if is_inner { lo = min(lo, tap.rgb); hi = max(hi, tap.rgb); }
+            if is_inner {
+                least = min(least, tap.rgb);
+                most = max(most, tap.rgb);
+            }
             sharp.deviations += w * unpack_noise(textureLoad(noise, texel, 0).x, tap.w).deviations;
         }
     }
-    sharp.mean = clamp(sharp.mean, lo, hi);
+    // Negative lobes ring next to something bright.
+    sharp.mean = clamp(sharp.mean, least, most);
     sharp.valid = true;
     return sharp;
 }

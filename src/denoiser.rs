@@ -4,8 +4,8 @@ use crate::gpu::{FrameUniforms, Recorder, flags, image};
 use crate::guides::Guides;
 use crate::pacing::Pacing;
 use crate::passes::{
-    Pipelines, SignalPasses, accumulate::AccumulateViews, compose::ComposeViews, debug_view::DebugViewViews, fit::FitViews,
-    innovation::InnovationViews, predict::PredictViews, reproject::ReprojectViews,
+    Pipelines, SignalPasses, accumulate::AccumulateViews, compose::ComposeViews, debug_view::DebugViewViews,
+    fit::FitViews, innovation::InnovationViews, predict::PredictViews, reproject::ReprojectViews,
     sample_map::SampleMapViews,
 };
 use crate::scratch::Scratch;
@@ -120,8 +120,13 @@ impl Denoiser {
     pub fn memory(&self) -> Vec<Allocation> {
         let signal = self.signal.memory(["history", "noise", "models", "windows", "kept"]);
         let specular = self.specular.as_ref().map_or(vec![], |specular| {
-            let names =
-                ["specular_history", "specular_noise", "specular_models", "specular_windows", "specular_kept"];
+            let names = [
+                "specular_history",
+                "specular_noise",
+                "specular_models",
+                "specular_windows",
+                "specular_kept",
+            ];
             let rest = Allocation::of_image("rest", &specular.rest);
             [specular.signal.memory(names), vec![rest]].concat()
         });

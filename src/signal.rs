@@ -1,8 +1,8 @@
 //! What outlives a frame of one of the signals that are denoised apart.
 
+use crate::Allocation;
 use crate::gpu::{buffer, image, words};
 use crate::layout::{self, LEVELS_WORDS};
-use crate::Allocation;
 use wgpu::{Buffer, BufferUsages, TextureFormat, TextureView};
 
 /// The temporal mean and its noise are replaced in place: `reproject` reads them and writes a copy, `accumulate` reads the copy

@@ -48,7 +48,8 @@ impl StatisticsReader {
     /// The newest statistics that have arrived.
     pub fn latest(&mut self) -> Option<Statistics> {
         if let Some(((frame, model_limit), words)) = self.copies.newest::<u32>() {
-            let sum = |word: usize| words.chunks_exact(LEVELS_WORDS as usize).map(|signal| signal[word]).sum();
+            let sum =
+                |word: usize| words.chunks_exact(LEVELS_WORDS as usize).map(|signal| signal[word]).sum();
             let count = |level: usize| sum((level + 1) * LEVEL_WORDS as usize - 1);
             self.latest = Some(Statistics {
                 frame,

@@ -129,11 +129,7 @@ fn driver_section((family, of): (&str, &str), made: &Compiled, shaders: &[Shader
 }
 
 /// What each kernel of a frame needs in a moving view.
-fn needs(
-    shaders: &[Shader],
-    traffic: &[(String, Bytes)],
-    compiled: &Compiled,
-) -> Vec<(String, Need)> {
+fn needs(shaders: &[Shader], traffic: &[(String, Bytes)], compiled: &Compiled) -> Vec<(String, Need)> {
     let is_needed = |name: &str| traffic::is_in_frame(name) || name.starts_with(SPECULAR_PREFIX);
     let rows = traffic.iter().filter(|(name, _)| !name.ends_with("frame") && is_needed(name));
     let need = |(name, bytes): &(String, Bytes)| {

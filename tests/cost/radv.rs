@@ -153,7 +153,9 @@ fn spirv(shader: &Shader) -> Result<Vec<u32>, spv::Error> {
         force_loop_bounding: true,
         ..spv::Options::default()
     };
-    let entry =
-        spv::PipelineOptions { shader_stage: ShaderStage::Compute, entry_point: shader.descriptor.name.into() };
+    let entry = spv::PipelineOptions {
+        shader_stage: ShaderStage::Compute,
+        entry_point: shader.descriptor.name.into(),
+    };
     spv::write_vec(&shader.module, &shader.info, &options, Some(&entry))
 }

@@ -32,8 +32,10 @@ fn combined(frame: &Frame) -> Frame {
 /// Mean PSNR over all frames from the tenth.
 fn quality(frames: &[Frame]) -> f64 {
     let mut quell = denoiser(SIZE);
-    let psnrs: Vec<f64> =
-        frames.iter().map(|frame| psnr(&denoise(&mut quell, frame, &Settings::default()), &frame.truth)).collect();
+    let psnrs: Vec<f64> = frames
+        .iter()
+        .map(|frame| psnr(&denoise(&mut quell, frame, &Settings::default()), &frame.truth))
+        .collect();
     psnrs[10..].iter().sum::<f64>() / (psnrs.len() - 10) as f64
 }
 
@@ -120,7 +122,8 @@ fn history_restarts_where_a_split_comes_or_goes() {
         let gpu = crate::gpu::gpu();
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let inputs = images.inputs(frame.camera, HistoryMode::Continue);
-        let outputs = quell.encode(&gpu.device, &gpu.queue, &mut encoder, &inputs, &Settings::default()).unwrap();
+        let outputs =
+            quell.encode(&gpu.device, &gpu.queue, &mut encoder, &inputs, &Settings::default()).unwrap();
         gpu.queue.submit([encoder.finish()]);
         outputs.restarted
     };
@@ -166,8 +169,10 @@ fn debug_views_and_sample_maps_work_on_a_split() {
 fn an_albedo_without_its_signal_is_refused() {
     let frame = frame(SIZE, EYE, EYE, 1);
     let images = frame.upload();
-    let inputs =
-        FrameInputs { specular_albedo: Some(&images.albedo), ..images.inputs(frame.camera, HistoryMode::Continue) };
+    let inputs = FrameInputs {
+        specular_albedo: Some(&images.albedo),
+        ..images.inputs(frame.camera, HistoryMode::Continue)
+    };
     let gpu = crate::gpu::gpu();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let refused = denoiser(SIZE).encode(&gpu.device, &gpu.queue, &mut encoder, &inputs, &Settings::default());

@@ -50,7 +50,11 @@ impl Surfaces {
         let pixels = radiance.pixels.iter().zip(&self.emission.pixels).zip(&self.albedo.pixels);
         pixels
             .map(|((radiance, emission), albedo)| {
-                luminance([0, 1, 2].map(|c| (radiance[c] - emission[c]) / (ALBEDO_FLOOR + (1.0 - ALBEDO_FLOOR) * albedo[c])))
+                luminance(
+                    [0, 1, 2].map(|c| {
+                        (radiance[c] - emission[c]) / (ALBEDO_FLOOR + (1.0 - ALBEDO_FLOOR) * albedo[c])
+                    }),
+                )
             })
             .collect()
     }

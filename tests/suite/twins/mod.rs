@@ -20,6 +20,13 @@ use quell::{Centres, Windows, layout};
 use rand::{Rng, rngs::StdRng};
 use surface::Surface;
 
+/// What a pass works on: all radiance, or what of it left the first hit through the specular lobe.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Signal {
+    Combined,
+    Specular,
+}
+
 /// Uniforms of a frame that follows `previous`.
 fn uniforms(frame: &Frame, previous: &Frame) -> FrameUniforms {
     let mut uniforms = FrameUniforms {
@@ -48,7 +55,13 @@ fn run(uniforms: &FrameUniforms, record: impl FnOnce(&mut Recorder<'_>)) {
         usage: wgpu::BufferUsages::UNIFORM,
     });
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    record(&mut Recorder { device: &gpu.device, encoder: &mut encoder, frame: &buffer, timestamps: None, is_specular: false });
+    record(&mut Recorder {
+        device: &gpu.device,
+        encoder: &mut encoder,
+        frame: &buffer,
+        timestamps: None,
+        is_specular: false,
+    });
     gpu.queue.submit([encoder.finish()]);
 }
 

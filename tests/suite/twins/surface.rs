@@ -1,7 +1,7 @@
 //! Surfaces, views and features in f64.
 
-use super::luminance;
 use super::packed::pcg;
+use super::{Signal, luminance};
 use crate::sequence::Frame;
 use glam::{DMat3, DVec2, DVec3};
 use quell::gpu::{FrameUniforms, ViewUniforms};
@@ -69,9 +69,7 @@ pub fn pack(s: &Surface) -> [u32; 2] {
     let cue = s.cue.clamp(0.0, 1.0).sqrt();
     [
         signed(e.x) | signed(e.y) << 11 | s.id << 22,
-        (s.roughness * 31.0).round() as u32
-            | ((cue * 127.0).round() as u32) << 5
-            | pack_depth(s.depth) << 12,
+        (s.roughness * 31.0).round() as u32 | ((cue * 127.0).round() as u32) << 5 | pack_depth(s.depth) << 12,
     ]
 }
 
@@ -152,15 +150,31 @@ pub fn same_surface(a: &Surface, b: &Surface, offset: DVec3) -> bool {
 }
 
 /// The feature table.
-pub fn surface_features(frame: &FrameUniforms, i: usize, s: &Surface) -> [f64; SURFACE_FEATURES as usize] {
-    let p = position_of(frame, &frame.current, pixel(frame, i), s.depth);
+pub fn surface_features(
+    frame: &FrameUniforms,
+    signal: Signal,
+    i: usize,
+    s: &Surface,
+) -> [f64; SURFACE_FEATURES as usize] {
+    let mut p = position_of(frame, &frame.current, pixel(frame, i), s.depth);
+    if signal == Signal::Specular {
+        // That of what is reflected.
+        let view = -towards_eye(&frame.current, p);
+        let distance = p.length() * (1.0 / s.cue.max(0.0625) - 1.0);
+        p += (view - 2.0 * s.normal.dot(view) * s.normal) * distance;
+    }
     let id = f64::from(s.id) * 2.0 / f64::from(IDS - 1) - 1.0;
     [s.normal.x, s.normal.y, s.normal.z, p.x, p.y, p.z, s.cue, id, s.roughness]
 }
 
 /// With those that only the models of the prediction have.
-pub fn features(frame: &FrameUniforms, i: usize, s: &Surface) -> [f64; MODELS.features as usize] {
-    let (own, pixel) = (surface_features(frame, i, s), pixel(frame, i));
+pub fn features(
+    frame: &FrameUniforms,
+    signal: Signal,
+    i: usize,
+    s: &Surface,
+) -> [f64; MODELS.features as usize] {
+    let (own, pixel) = (surface_features(frame, signal, i, s), pixel(frame, i));
     std::array::from_fn(|f| *own.get(f).unwrap_or(if f == own.len() { &pixel.x } else { &pixel.y }))
 }
 

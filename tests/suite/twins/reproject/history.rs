@@ -63,7 +63,7 @@ fn tap(u: &FrameUniforms, texel: DVec2, origin: &Origin, previous: &Previous) ->
         && tap.id == origin.surface.id
         && tap.normal.dot(origin.surface.normal) > 0.8
         && tap.normal.dot(offset).abs() < origin.tolerance
-        && origin.nearness.is_none_or(|nearness| (nearness - tap.cue).abs() <= 0.05 + tap.roughness);
+        && origin.nearness.is_none_or(|nearness| (nearness - tap.cue).abs() <= 0.01 + tap.roughness);
     belongs.then_some(index)
 }
 
@@ -115,7 +115,15 @@ pub fn fetch(u: &FrameUniforms, origin: &Origin, previous: &Previous) -> ([f64; 
             }
         }
         if let Some(sharp) = sharp {
-            (0..3).for_each(|c| history[c] = sharp[c].max(0.0));
+            let inner = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(x, y)| {
+                let at = base + DVec2::new(x, y);
+                previous.history[(at.y * f64::from(u.size[0]) + at.x) as usize]
+            });
+            for c in 0..3 {
+                let [least, most] = [f64::min, f64::max]
+                    .map(|pick| inner.map(|tap| tap[c]).into_iter().reduce(pick).unwrap());
+                history[c] = sharp[c].clamp(least, most);
+            }
             noise.deviations.copy_from_slice(&sharp[3..]);
         }
     }

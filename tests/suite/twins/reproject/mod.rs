@@ -15,8 +15,8 @@ use history::{Previous, fetch, find_origin};
 use quell::gpu::{FrameUniforms, flags};
 use quell::layout::{self, INNOVATIONS};
 use quell::passes::reproject::{Reproject, ReprojectViews};
-use reflection::fetch_reflected;
 use rand::{Rng, SeedableRng, rngs::StdRng};
+use reflection::fetch_reflected;
 use wgpu::TextureFormat as Format;
 
 /// What the pass read and wrote.
@@ -116,7 +116,7 @@ fn check(
     let (mut expected, mut expected_noise) = (vec![], vec![]);
     for (i, &surface) in ran.surfaces.iter().enumerate() {
         let (mut history, mut noise) = ([0.0; 4], Noise::default());
-    let is_specular = !now.specular.is_empty();
+        let is_specular = !now.specular.is_empty();
         if surface.is_miss() {
             // Its radiance goes along.
             (0..3).for_each(|c| history[c] = if is_specular { 0.0 } else { now.radiance[i][c].into() });

@@ -54,16 +54,26 @@ const AROUND: [[f64; 2]; 9] = [
     [1.0, 1.0],
 ];
 
+/// Mean inverse, weighted by how far beyond a pixel the lobe reaches.
 fn hit_distance(u: &FrameUniforms, frame: &Frame, own: &Pixel) -> Option<f64> {
     let told = |pixel: &Pixel| {
-        let found = f64::from(frame.hit_distance[(pixel.texel.y * f64::from(u.size[0]) + pixel.texel.x) as usize]);
+        let index = pixel.texel.y * f64::from(u.size[0]) + pixel.texel.x;
+        let found = f64::from(frame.hit_distance[index as usize]);
         let [nearest, farthest] = [1e-3, 1e3].map(|range| range * own.surface.depth);
         (found > 0.0).then(|| if found >= u.far.into() { farthest } else { found.clamp(nearest, farthest) })
     };
-    told(own).or_else(|| {
-        let inverses: Vec<f64> = neighbours(u, frame, own, &AROUND).filter_map(|p| told(&p)).map(f64::recip).collect();
-        (!inverses.is_empty()).then(|| inverses.len() as f64 / inverses.iter().sum::<f64>())
-    })
+    let pixel_width = 2.0 * own.surface.depth / f64::from(u.current.scale[1]) / f64::from(u.size[1]);
+    let is_known = told(own).is_some();
+    let weighted: Vec<[f64; 2]> = neighbours(u, frame, own, &AROUND)
+        .filter_map(|pixel| {
+            let found = told(&pixel)?;
+            let reach = 2.0 * own.surface.roughness.powi(2) * found / pixel_width - 1.0;
+            let weight = if pixel.texel == own.texel || !is_known { 1.0 } else { reach.clamp(0.0, 1.0) };
+            Some([weight, weight / found])
+        })
+        .collect();
+    let sum = |k: usize| weighted.iter().map(|pair| pair[k]).sum::<f64>();
+    (sum(0) > 0.0).then(|| sum(0) / sum(1))
 }
 
 /// The tangent plane's basis; the result does not depend on which.
@@ -94,7 +104,13 @@ fn curvature(u: &FrameUniforms, frame: &Frame, own: &Pixel, basis: [DVec3; 2]) -
 }
 
 /// Where the surface showed it, and its normal there.
-fn previous_reflector(u: &FrameUniforms, frame: &Frame, own: &Pixel, towards: DVec3, hit: f64) -> Option<(DVec3, DVec3)> {
+fn previous_reflector(
+    u: &FrameUniforms,
+    frame: &Frame,
+    own: &Pixel,
+    towards: DVec3,
+    hit: f64,
+) -> Option<(DVec3, DVec3)> {
     let n = own.surface.normal;
     let basis = tangents(n);
     let curvature = curvature(u, frame, own, basis);
@@ -137,12 +153,14 @@ pub fn fetch_reflected(
     let own = pixel_at(u, frame, DVec2::new((i % width) as f64, (i / width) as f64)).unwrap();
     let hit = hit_distance(u, frame, &own).filter(|_| u.flags & flags::HIT_DISTANCE != 0);
     let eye_before = |position: DVec3| position.length();
-    let of_surface = Origin { nearness: Some(nearness(eye_before(origin.position), hit.unwrap_or(0.0))), ..origin };
+    let of_surface =
+        Origin { nearness: Some(nearness(eye_before(origin.position), hit.unwrap_or(0.0))), ..origin };
     let size = DVec2::new(u.size[0].into(), u.size[1].into());
     let jitter = DVec2::new(u.current.jitter[0].into(), u.current.jitter[1].into());
     let texel_of = |position| project(&u.previous, position).truncate() * size - jitter - 0.5;
     let eye_delta = u.eye_delta.as_dvec3();
-    let reflected = hit.and_then(|hit| {
+    let most = memory(u, &Pixel { surface, ..pixel_at(u, frame, own.texel).unwrap() });
+    let reflected = hit.filter(|_| most < u.max_history.into()).and_then(|hit| {
         let n = own.surface.normal;
         let view = -towards_eye(&u.current, own.position);
         let towards = view - 2.0 * n.dot(view) * n;
@@ -161,8 +179,7 @@ pub fn fetch_reflected(
     let fetched = reflected.map(|origin| fetch(u, &origin, previous)).filter(|(history, _)| history[3] > 0.0);
     fetched.unwrap_or_else(|| {
         let (mut history, noise) = fetch(u, &of_surface, previous);
-        let rounded = Pixel { surface, ..own };
-        history[3] = history[3].min(memory(u, &rounded));
+        history[3] = history[3].min(most);
         (history, noise)
     })
 }
@@ -176,7 +193,9 @@ fn frames(bend: f32) -> [Frame; 2] {
         for (i, normal) in frame.normal.iter_mut().enumerate() {
             let [x, y] = [i as u32 % SIZE[0], i as u32 / SIZE[0]].map(|p| p as f32 * bend);
             let bent = Vec3::new(normal[0] + x.sin(), normal[1] + y.sin(), normal[2] + (x + y).sin());
-            *normal = (Vec3::new(normal[0], normal[1], normal[2]) + 0.3 * bend * bent).extend(0.05 + 0.01 * (i % 50) as f32).to_array();
+            *normal = (Vec3::new(normal[0], normal[1], normal[2]) + 0.3 * bend * bent)
+                .extend(0.05 + 0.01 * (i % 50) as f32)
+                .to_array();
         }
         *frame = mirrored(frame, 3);
     }
@@ -193,8 +212,22 @@ fn matches_its_twin_on_flat_and_on_curved_mirrors() {
     // The surface's own history is another.
     let [before, now] = frames(0.0);
     let none = Frame { hit_distance: vec![0.0; now.depth.len()], ..now.clone() };
-    let surface = run_pass(&none, &before, &flat(&now.motion), &super::no_emission(&now), |f| f | flags::SPLIT | flags::HIT_DISTANCE, 31);
-    let mirror = run_pass(&now, &before, &flat(&now.motion), &super::no_emission(&now), |f| f | flags::SPLIT | flags::HIT_DISTANCE, 31);
+    let surface = run_pass(
+        &none,
+        &before,
+        &flat(&now.motion),
+        &super::no_emission(&now),
+        |f| f | flags::SPLIT | flags::HIT_DISTANCE,
+        31,
+    );
+    let mirror = run_pass(
+        &now,
+        &before,
+        &flat(&now.motion),
+        &super::no_emission(&now),
+        |f| f | flags::SPLIT | flags::HIT_DISTANCE,
+        31,
+    );
     let unequal = surface.history.iter().zip(&mirror.history).filter(|(a, b)| a != b).count();
     assert!(unequal > surface.history.len() / 3, "{unequal}");
 }
