@@ -274,8 +274,7 @@ fn fetch_catmull_rom(base: vec2<i32>, f: vec2<f32>, origin: Origin) -> Sharp {
     let wx = catmull_rom_weights(f.x);
     let wy = catmull_rom_weights(f.y);
     var sharp = Sharp(vec3(0.0), vec3(0.0), false);
-    var least = vec3(HALF_MAX);
-    var most = vec3(0.0);
+    var range = vec2(HALF_MAX, 0.0); // of luminance
     for (var y = 0; y < 4; y++) {
         for (var x = 0; x < 4; x++) {
             let texel = base + vec2(x - 1, y - 1);
@@ -293,14 +292,16 @@ fn fetch_catmull_rom(base: vec2<i32>, f: vec2<f32>, origin: Origin) -> Sharp {
             }
             sharp.mean += w * tap.rgb;
             if is_inner {
-                least = min(least, tap.rgb);
-                most = max(most, tap.rgb);
+                let l = luminance(tap.rgb);
+                range = vec2(min(range.x, l), max(range.y, l));
             }
             sharp.deviations += w * unpack_noise(textureLoad(noise, texel, 0).x, tap.w).deviations;
         }
     }
     // Negative lobes ring next to something bright.
-    sharp.mean = clamp(sharp.mean, least, most);
+    sharp.mean = max(sharp.mean, vec3(0.0));
+    let l = luminance(sharp.mean);
+    sharp.mean *= clamp(l, range.x, range.y) / max(l, 1e-30);
     sharp.valid = true;
     return sharp;
 }

@@ -1,5 +1,6 @@
 //! Where a pixel's surface was, and what history it has there.
 
+use super::super::luminance;
 use super::super::packed::Noise;
 use super::super::surface::{Surface, position_at, position_of, project};
 use glam::{DVec2, DVec3};
@@ -119,11 +120,12 @@ pub fn fetch(u: &FrameUniforms, origin: &Origin, previous: &Previous) -> ([f64; 
                 let at = base + DVec2::new(x, y);
                 previous.history[(at.y * f64::from(u.size[0]) + at.x) as usize]
             });
-            for c in 0..3 {
-                let [least, most] = [f64::min, f64::max]
-                    .map(|pick| inner.map(|tap| tap[c]).into_iter().reduce(pick).unwrap());
-                history[c] = sharp[c].clamp(least, most);
-            }
+            let [least, most] = [f64::min, f64::max].map(|pick| {
+                inner.map(|tap| luminance([tap[0], tap[1], tap[2]])).into_iter().reduce(pick).unwrap()
+            });
+            let sharp_mean = [sharp[0], sharp[1], sharp[2]].map(|c| c.max(0.0));
+            let l = luminance(sharp_mean);
+            (0..3).for_each(|c| history[c] = sharp_mean[c] * l.clamp(least, most) / l.max(1e-30));
             noise.deviations.copy_from_slice(&sharp[3..]);
         }
     }
