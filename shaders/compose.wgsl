@@ -25,6 +25,7 @@ const SMOOTH_RADIUS = 1; // pixels; a model's error is smooth over 3x3, noise is
 const POOL_RADIUS = 2;   // pixels; squares are pooled over 5x5
 // Pooled smooth noise is twice what is expected of it once in some ten pixels: 25 that overlap are about as good as 5.
 const CHANCE = 2.0;
+const GLOSSY = 0.5; // roughness below which no feature tells what a surface shows
 const BORDER = SMOOTH_RADIUS + POOL_RADIUS;
 const POOL_SIDE = 8 + 2 * POOL_RADIUS;
 const SIDE = 8 + 2 * BORDER;
@@ -197,8 +198,8 @@ fn temporal_mix(middle: Middle, corner: vec2<i32>, place: vec2<i32>, predicted: 
     let beyond = max(squares.x - CHANCE * squares.y, 0.0);
     // Firmer than the plain difference: what is hardly beyond chance is chance more often than not.
     var error = beyond * beyond / max(squares.x, 1e-30);
-    if IS_SPECULAR {
-        // No feature tells what mirrors show: their models err more often than not.
+    if IS_SPECULAR || middle.surface.roughness < GLOSSY {
+        // Models err more often than not.
         error = max(squares.x - squares.y, 0.0);
     }
     if has(frame, FLAG_MIX) && error > 0.0 && mean.w > 0.0 && is_known(predicted) {

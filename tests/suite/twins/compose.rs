@@ -141,10 +141,12 @@ fn check(signal: Signal, with_albedo: bool) {
         let smooth: f64 = pool.iter().map(|&t| mean(&around(t, 1), &residual).powi(2)).sum();
         let chance = pool.iter().map(|&t| smooth_noise(t)).sum::<f64>();
         let beyond = (smooth - chance).max(0.0);
-        let error = match signal {
-            Signal::Combined if beyond > 0.0 => beyond * beyond / smooth,
-            Signal::Combined => 0.0,
-            Signal::Specular => (smooth - 0.5 * chance).max(0.0),
+        let error = if is_specular || surfaces[i].roughness < 0.5 {
+            (smooth - 0.5 * chance).max(0.0)
+        } else if beyond > 0.0 {
+            beyond * beyond / smooth
+        } else {
+            0.0
         };
         let of_mean = |t: &usize| prediction[*t].error_of_mean(noise[*t].variance, history[*t][3]);
         let variance = pool.iter().map(of_mean).sum::<f64>();
