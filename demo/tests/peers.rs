@@ -218,7 +218,7 @@ fn errors_fall_over_frames_of_a_still_noisy_view() {
 /// A view of two by two blocks whose light is of the first and second order in the features, everywhere the same.
 fn polynomial(amplitude: f32) -> (Frame, Vec<[f32; 3]>) {
     let mut frame = wall(64, 64);
-    frame.albedo.fill([1.0; 3]); // light is radiance, not rounded once more
+    frame.albedo.fill([1.0; 3]); // radiance is the signal, without rounding
     let mut truth = Vec::new();
     for i in 0..frame.radiance.len() {
         let (x, y) = ((i % 64) as f32, (i / 64) as f32);
@@ -231,8 +231,8 @@ fn polynomial(amplitude: f32) -> (Frame, Vec<[f32; 3]>) {
             1.5 + 0.3 * p[0] - 0.2 * p[1] + 0.1 * p[2],
             1.0 + 0.2 * p[0] * p[0] + 0.3 * p[1] * p[1] - 0.02 * p[2] * p[2],
         ];
-        truth.push(light);
-        frame.radiance[i] = [0, 1, 2].map(|c| light[c] + amplitude * (2.0 * noise(0, i, c) - 1.0));
+        truth.push(light.map(|light| 0.5 * light));
+        frame.radiance[i] = [0, 1, 2].map(|c| 0.5 * (light[c] + amplitude * (2.0 * noise(0, i, c) - 1.0)));
     }
     (frame, truth)
 }
@@ -246,14 +246,14 @@ fn bmfr_reproduces_what_its_features_express() {
     for image in one_fit.run(&vec![frame; 4]) {
         for (&found, &truth) in image.pixels.iter().flatten().zip(truth.iter().flatten()) {
             // Four images of half precision lie between.
-            assert_near(found, truth, 2e-3 * (2.0 + truth));
+            assert_near(found, truth, 2e-3 * (1.0 + truth));
         }
     }
     let (frame, truth) = polynomial(0.5);
     let fitted = one_fit.run(&[frame]).pop().unwrap();
     let error = rms(&fitted, |i| truth[i]);
     // Ten coefficients from 1024 samples leave sqrt(10 / 1024) of the noise.
-    let noise = 0.5 / 3f32.sqrt() * (10.0f32 / 1024.0).sqrt();
+    let noise = 0.5 * 0.5 / 3f32.sqrt() * (10.0f32 / 1024.0).sqrt();
     assert!((0.7 * noise..1.2 * noise).contains(&error), "{error} for {noise}");
 }
 
