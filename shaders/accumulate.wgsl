@@ -8,7 +8,7 @@
 //         fall-back for short histories: Schied et al. 2017, section 4.2; truncated means: Bubeck, Cesa-Bianchi and Lugosi,
 //         "Bandits with Heavy Tail", 2013, section 2.1; moments: Moon et al. 2015, section 4
 
-//!include frame numbers noise surface signal features linear_model models innovations tile_moments
+//!include frame numbers noise surface signal memory features linear_model models innovations tile_moments
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var signal: texture_2d<u32>;
@@ -86,7 +86,18 @@ fn accumulated(
     let sample = load_sample(pixel);
     let relit = relight(pixel, surface_regressors(z, vec2(0.0)));
     let k = sample.w;
-    let old = vec4(relit.history.rgb, min(relit.history.w, max(k, 1.0) * memory(surface, position)));
+    var old = relit.history;
+    var most = relit.most;
+    if IS_SPECULAR {
+        let drift = find_drift(pixel, surface, relit.change);
+        // With a bias d and a sample's variance v, n samples are worth no more than v / (v / n + d^2).
+        old.w /= 1.0 + old.w * drift.square / max(drift.variance, 1e-12);
+        // What many pixels show is no firefly.
+        most = select(most, HALF_MAX, drift.square > 0.0);
+    } else if !has(frame, FLAG_SPLIT) {
+        // The rest of split radiance looks alike from everywhere.
+        old.w = min(old.w, max(k, 1.0) * memory(surface, position));
+    }
     // Without samples the history stays as it is; a pixel traced k times this frame enters with weight k.
     let count = joined_count(old.w, k);
     // In all pixels alike, sampled or not: neighbours are blended when history is resampled.
@@ -95,7 +106,7 @@ fn accumulated(
     if k == 0.0 {
         return Accumulated(vec4(old.rgb, count), Noise(relit.noise.variance, flipped));
     }
-    let colour = sample.rgb * min(1.0, relit.most / max(luminance(sample.rgb), 1e-30));
+    let colour = sample.rgb * min(1.0, most / max(luminance(sample.rgb), 1e-30));
     let alpha = k / count;
     // What is new in this sample is less than what it differs by from the mean before it, which is noisy too; as noisy as
     // its samples make it, even where they count for less because the light changed.
@@ -166,32 +177,18 @@ struct Relit {
     history: vec4<f32>,
     noise: Noise,
     samples: f32, // that are in it
+    change: f32,  // of its luminance
     most: f32, // luminance of a sample beyond which it is a firefly
 }
 
 const KALMAN_GAIN = 3.0; // how much less a history counts that was moved by a standard deviation of one sample
 const MOST_BRIGHTENING = 16.0; // of how far samples scatter: more is measured anew
 
-// Half-width of what a microfacet lobe gathers, in the square of linear roughness, radians: half vectors turn by half of what the
-// light's direction does. Source: Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007
-const LOBE_WIDTH = 2.0;
-const LEAST_MEMORY = 3.0;  // frames
-const STILL_TURN = 1e-4;   // radians
-
-// Frames that history may count for: as many as it takes the view of the surface to turn by the width of its lobe. Before that a
-// glossy surface showed something else.
-fn memory(surface: Surface, position: vec3<f32>) -> f32 {
-    let now = towards_eye(frame.current, position);
-    let turn = length(now - towards_eye(frame.previous, position + frame.eye_delta));
-    let width = LOBE_WIDTH * surface.roughness * surface.roughness;
-    return max(width / max(turn, STILL_TURN), LEAST_MEMORY);
-}
-
 // Moves the history by the predicted change, blended between the four nearest models.
 fn relight(pixel: vec2<u32>, z: Regressors) -> Relit {
     let old = load_reprojected(pixel);
     let old_noise = unpack_noise(textureLoad(reprojected_noise, pixel, 0).x, old.w);
-    var relit = Relit(old, old_noise, old.w, HALF_MAX);
+    var relit = Relit(old, old_noise, old.w, 0.0, HALF_MAX);
     if old.w <= 0.0 {
         return relit;
     }
@@ -225,6 +222,7 @@ fn relight(pixel: vec2<u32>, z: Regressors) -> Relit {
     // Kalman: the more a sample would have moved the history, the less the history is worth.
     let doubt = KALMAN_GAIN * old.w * change * change / max(old_noise.variance, 1e-12);
     relit.history = vec4(moved, old.w / (1.0 + doubt));
+    relit.change = change;
     relit.noise.variance = gain * gain * old_noise.variance;
     if spread > 0.0 {
         // Where history never varied, as in darkness, nothing tells a firefly from light.
@@ -240,6 +238,51 @@ fn predicted_change(start: u32, z: Regressors) -> vec3<f32> {
         value[c] = dot(innovations[row], z[0]) + dot(innovations[row + 1u], z[1]) + dot(innovations[row + 2u], z[2]);
     }
     return value;
+}
+
+const DRIFT_RADIUS = 3;
+const DRIFT_CHANCE = 4.0; // variances of the mean difference that are chance: once in twenty times there is more
+const DRIFT_PIXELS = 4.0; // with fewer nothing is known
+
+struct Drift {
+    square: f32,   // of how far the history is off in the mean, beyond chance
+    variance: f32, // of one sample
+}
+
+// How far the history is off, by what samples about the pixel differ by from their histories, when what the innovation predicts is
+// taken out: what moves in a mirror is smaller than its models can tell.
+fn find_drift(pixel: vec2<u32>, centre: Surface, predicted: f32) -> Drift {
+    let p = position_of(frame, frame.current, vec2<f32>(pixel), centre.depth);
+    var pixels = 0.0;
+    var weight = 0.0;
+    var sum = 0.0;
+    var squares = 0.0;
+    for (var y = -DRIFT_RADIUS; y <= DRIFT_RADIUS; y++) {
+        for (var x = -DRIFT_RADIUS; x <= DRIFT_RADIUS; x++) {
+            let texel = vec2<i32>(pixel) + vec2(x, y);
+            if !inside(texel, frame) {
+                continue;
+            }
+            let sample = load_sample(vec2<u32>(texel));
+            let old = load_reprojected(vec2<u32>(texel));
+            let other = unpack_surface(textureLoad(guide, texel, 0).xy);
+            let q = position_of(frame, frame.current, vec2<f32>(texel), other.depth);
+            if sample.w > 0.0 && old.w > 0.0 && same_surface(centre, other, q - p) {
+                let difference = luminance(sample.rgb) - luminance(old.rgb);
+                pixels += 1.0;
+                weight += sample.w;
+                sum += sample.w * difference;
+                squares += sample.w * difference * difference;
+            }
+        }
+    }
+    if pixels < DRIFT_PIXELS {
+        return Drift(0.0, 0.0);
+    }
+    let mean = sum / weight;
+    let variance = max(squares - sum * mean, 0.0) / (pixels - 1.0);
+    let drift = mean - predicted;
+    return Drift(max(drift * drift - DRIFT_CHANCE * variance / weight, 0.0), variance);
 }
 
 struct Spread {

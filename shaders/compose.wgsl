@@ -1,7 +1,8 @@
 // compose: mixes prediction and temporal mean by their estimated errors, and makes radiance of it again.
 //
-// Reads   guide, prediction, history, noise; the caller's albedo, emission.
-// Writes  output: the caller's image; error: its expected error (layout: include/error), where somebody asks for it;
+// Reads   guide, prediction, history, noise; the caller's albedo, emission; rest: what the other signal came to, where this is
+//         the specular one.
+// Writes  output: the caller's image, or rest, with its expected error in w; error: its expected error (layout: include/error), where somebody asks for it;
 //         mix_weight: share of the temporal mean, where a debug view shows it
 // Source  shrinkage towards a model by estimated risk: James and Stein, "Estimation with Quadratic Loss", 1961
 
@@ -14,15 +15,17 @@
 @group(0) @binding(4) var noise: texture_2d<u32>;
 @group(0) @binding(5) var albedo: texture_2d<f32>;
 @group(0) @binding(6) var emission: texture_2d<f32>;
-@group(0) @binding(7) var output: texture_storage_2d<rgba16float, write>;
-@group(0) @binding(8) var error: texture_storage_2d<r32uint, write>;
-@group(0) @binding(9) var mix_weight: texture_storage_2d<r32uint, write>;
+@group(0) @binding(7) var rest: texture_2d<f32>;
+@group(0) @binding(8) var output: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(9) var error: texture_storage_2d<r32uint, write>;
+@group(0) @binding(10) var mix_weight: texture_storage_2d<r32uint, write>;
 
 const OWN_FEATURES = MODEL_OWN_FEATURES;
 const SMOOTH_RADIUS = 1; // pixels; a model's error is smooth over 3x3, noise is not
 const POOL_RADIUS = 2;   // pixels; squares are pooled over 5x5
 // Pooled smooth noise is twice what is expected of it once in some ten pixels: 25 that overlap are about as good as 5.
 const CHANCE = 2.0;
+const GLOSSY = 0.5; // roughness below which no feature tells what a surface shows
 const BORDER = SMOOTH_RADIUS + POOL_RADIUS;
 const POOL_SIDE = 8 + 2 * POOL_RADIUS;
 const SIDE = 8 + 2 * BORDER;
@@ -62,7 +65,7 @@ fn compose(
     let predicted = unpack_prediction(textureLoad(prediction, id.xy, 0).xy);
     let place = vec2<i32>(local.xy) + BORDER;
     let found = temporal_mix(middle_of(surface, corner, place), corner, place, predicted, mean);
-    let reflectance = demodulator(textureLoad(albedo, id.xy, 0).rgb);
+    let reflectance = demodulator_at(id.xy, surface);
     var composed = mix(predicted.signal, mean.rgb, found.share) * reflectance;
     if has(frame, FLAG_EMISSION) {
         composed += repair_emission(textureLoad(emission, id.xy, 0).rgb);
@@ -70,8 +73,17 @@ fn compose(
     show(id.xy, composed, sqrt(found.square) * luminance(reflectance), found.share);
 }
 
-fn show(pixel: vec2<u32>, radiance: vec3<f32>, deviation: f32, share: f32) {
-    textureStore(output, pixel, vec4(min(radiance, vec3(HALF_MAX)), 1.0));
+fn show(pixel: vec2<u32>, found: vec3<f32>, found_deviation: f32, share: f32) {
+    var radiance = found;
+    var deviation = found_deviation;
+    if IS_SPECULAR {
+        let other = textureLoad(rest, pixel, 0);
+        radiance += other.rgb;
+        deviation = length(vec2(deviation, other.w));
+    }
+    let is_rest = has(frame, FLAG_SPLIT) && !IS_SPECULAR;
+    let alpha = select(1.0, min(deviation, HALF_MAX), is_rest);
+    textureStore(output, pixel, vec4(min(radiance, vec3(HALF_MAX)), alpha));
     if has(frame, FLAG_ERROR) {
         textureStore(error, pixel, vec4(pack_error(OutputError(deviation, luminance(radiance)))));
     }
@@ -181,10 +193,15 @@ fn temporal_mix(middle: Middle, corner: vec2<i32>, place: vec2<i32>, predicted: 
         let l = luminance(select(mean.rgb, predicted.signal, is_known(predicted)));
         return Mix(share, max(predicted.relative_noise, 1.0) * l * l);
     }
-    let noise = max(variance.x, variance.y);
+    // Samples of a mirror also scatter by what passes in it: what is expected of them is too much.
+    let noise = select(max(variance.x, variance.y), variance.y, IS_SPECULAR);
     let beyond = max(squares.x - CHANCE * squares.y, 0.0);
     // Firmer than the plain difference: what is hardly beyond chance is chance more often than not.
-    let error = beyond * beyond / max(squares.x, 1e-30);
+    var error = beyond * beyond / max(squares.x, 1e-30);
+    if IS_SPECULAR || middle.surface.roughness < GLOSSY {
+        // Models err more often than not.
+        error = max(squares.x - squares.y, 0.0);
+    }
     if has(frame, FLAG_MIX) && error > 0.0 && mean.w > 0.0 && is_known(predicted) {
         // A pixel alone says nothing about the model.
         share = error / (error + noise) * (1.0 - 1.0 / (pooled * pooled));

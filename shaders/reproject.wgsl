@@ -8,7 +8,7 @@
 // Source  bilinear taps tested one by one: Schied et al., "Spatiotemporal Variance-Guided Filtering", HPG 2017, section
 //         4.1; cubic weights: Catmull and Rom 1974, as used for history in temporal anti-aliasing
 
-//!include frame numbers noise surface signal demodulate inputs features innovations tile_moments
+//!include frame numbers noise surface signal demodulate inputs memory reflection features innovations tile_moments
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var radiance: texture_2d<f32>;
@@ -19,14 +19,15 @@
 @group(0) @binding(6) var surface_id: texture_2d<u32>;
 @group(0) @binding(7) var emission: texture_2d<f32>;
 @group(0) @binding(8) var sample_count: texture_2d<u32>;
-@group(0) @binding(9) var previous_guide: texture_2d<u32>;
-@group(0) @binding(10) var history: texture_2d<f32>;
-@group(0) @binding(11) var noise: texture_2d<u32>;
-@group(0) @binding(12) var guide: texture_storage_2d<rg32uint, write>;
-@group(0) @binding(13) var signal: texture_storage_2d<r32uint, write>;
-@group(0) @binding(14) var reprojected: texture_storage_2d<rg32uint, write>;
-@group(0) @binding(15) var reprojected_noise: texture_storage_2d<r32uint, write>;
-@group(0) @binding(16) var<storage, read_write> moments: array<f32>;
+@group(0) @binding(9) var hit_distance: texture_2d<f32>;
+@group(0) @binding(10) var previous_guide: texture_2d<u32>;
+@group(0) @binding(11) var history: texture_2d<f32>;
+@group(0) @binding(12) var noise: texture_2d<u32>;
+@group(0) @binding(13) var guide: texture_storage_2d<rg32uint, write>;
+@group(0) @binding(14) var signal: texture_storage_2d<r32uint, write>;
+@group(0) @binding(15) var reprojected: texture_storage_2d<rg32uint, write>;
+@group(0) @binding(16) var reprojected_noise: texture_storage_2d<r32uint, write>;
+@group(0) @binding(17) var<storage, read_write> moments: array<f32>;
 
 const OWN_FEATURES = INNOVATION_OWN_FEATURES;
 
@@ -36,12 +37,14 @@ struct Origin {
     position: vec3<f32>,    // relative to the previous eye
     surface: Surface,
     tolerance: f32,         // distance from the tangent plane that passes
+    nearness: f32,          // of what the specular signal shows there (include/reflection)
 }
 
 // A direction that a surface turned by in one frame passes; more is taken for another surface.
 const REPROJECTED_NORMAL_COSINE = 0.8;
 // Fewer valid bilinear taps than this are mostly another surface.
 const LEAST_WEIGHT = 0.05;
+const OFF_SCREEN = -8.0; // where there is no history
 // Closer than this to a texel centre, resampling would only blur. Motion in half precision is no finer.
 const SNAP_PX = 0.002;
 
@@ -60,7 +63,16 @@ fn reproject(
 }
 
 fn enter_pixel(pixel: vec2<u32>, lane: u32) {
-    let words = pack_surface(read_surface(pixel));
+    var seen = read_surface(pixel);
+    let position = position_of(frame, frame.current, vec2<f32>(pixel), seen.depth);
+    var reflection: Reflection;
+    if IS_SPECULAR {
+        if has(frame, FLAG_HIT_DISTANCE) && !is_miss(seen) {
+            reflection = reflection_at(pixel, seen, position);
+        }
+        seen.cue = nearness(ray_length(frame.current, position), reflection.hit_distance);
+    }
+    let words = pack_surface(seen);
     let surface = unpack_surface(words);
     textureStore(guide, pixel, vec4(words, 0u, 0u));
     let sample = read_sample(pixel, surface);
@@ -70,7 +82,7 @@ fn enter_pixel(pixel: vec2<u32>, lane: u32) {
     if is_miss(surface) {
         fetched.history = vec4(read_miss(pixel), 0.0);
     } else if has(frame, FLAG_HISTORY) {
-        fetched = fetch(find_origin(pixel, surface));
+        fetched = fetch_signal(pixel, find_origin(pixel, surface), position, reflection);
     }
     let mean = dither_to_half(fetched.history.rgb, pixel, 2u * frame.index);
     let old = vec2(pack2x16float(mean.rg), pack2x16float(vec2(mean.b, fetched.history.w)));
@@ -106,7 +118,7 @@ fn find_origin(pixel: vec2<u32>, surface: Surface) -> Origin {
     origin.surface = surface;
     origin.tolerance = PLANE_DISTANCE * surface.depth;
     if !is_finite(offset.x) || !is_finite(offset.y) || any(abs(offset) > vec2(4.0)) {
-        origin.texel = vec2(-8.0); // off screen: no history
+        origin.texel = vec2(OFF_SCREEN);
         return origin;
     }
     origin.texel = (uv + offset) * size - 0.5;
@@ -120,7 +132,7 @@ fn find_origin(pixel: vec2<u32>, surface: Surface) -> Origin {
     let still_projected = project(frame.previous, still);
     if has(frame, FLAG_MOTION_DEPTH) && is_finite(moved.z) {
         depth += moved.z;
-    } else if all(abs(still_projected.xy - (sampled_uv + offset)) * size < vec2(0.5)) {
+    } else if all(abs(still_projected.xy - (sampled_uv + offset)) * size < vec2(STILL_PX)) {
         depth = still_projected.z;
     } else {
         origin.tolerance *= 10.0;
@@ -128,6 +140,52 @@ fn find_origin(pixel: vec2<u32>, surface: Surface) -> Origin {
     origin.position = position_at(frame.previous, sampled_uv + offset, depth);
     return origin;
 }
+
+// Of the specular signal, what is seen in the surface is followed, not the surface; that only where the other left no history, or
+// where the lobe is too wide for the view of it to have turned.
+fn fetch_signal(pixel: vec2<u32>, origin: Origin, position: vec3<f32>, reflection: Reflection) -> Fetched {
+    if !IS_SPECULAR {
+        return fetch(origin);
+    }
+    var of_surface = origin;
+    of_surface.nearness = nearness(ray_length(frame.previous, origin.position), reflection.hit_distance);
+    let most = memory(origin.surface, position);
+    if reflection.hit_distance > 0.0 && origin.texel.x > OFF_SCREEN && most < frame.max_history {
+        let reflector = previous_reflector(pixel, origin.surface, position, reflection);
+        if reflector.is_known {
+            let hit = position + reflection.towards * reflection.hit_distance;
+            let fetched = fetch(find_reflected_origin(origin, position, reflector, hit));
+            if fetched.history.w > 0.0 {
+                return fetched;
+            }
+        }
+    }
+    var fetched = fetch(of_surface);
+    fetched.history.w = min(fetched.history.w, most);
+    return fetched;
+}
+
+// What the surface moved by on its own moves what is seen in it along.
+fn find_reflected_origin(origin: Origin, position: vec3<f32>, reflector: Reflector, hit: vec3<f32>) -> Origin {
+    let size = vec2<f32>(frame.size);
+    let still = project(frame.previous, position + frame.eye_delta);
+    var moved = origin.texel - (still.xy * size - frame.current.jitter - 0.5);
+    if all(abs(moved) < vec2(STILL_PX)) {
+        moved = vec2(0.0);
+    }
+    var reflected = origin;
+    let before = reflector.position + frame.eye_delta;
+    reflected.texel = project(frame.previous, before).xy * size - frame.current.jitter - 0.5 + moved;
+    reflected.position = origin.position + reflector.position - position;
+    reflected.surface.normal = reflector.normal;
+    reflected.nearness = nearness(ray_length(frame.previous, before), length(hit - reflector.position));
+    return reflected;
+}
+
+// Motion by which a surface is told from one that stands still.
+const STILL_PX = 0.5;
+// Difference of nearness by which one reflected thing is told from another in a mirror, the rounding of the code included.
+const NEARNESS_TOLERANCE = 0.01;
 
 fn tap_belongs(texel: vec2<i32>, origin: Origin) -> bool {
     if !inside(texel, frame) {
@@ -137,7 +195,14 @@ fn tap_belongs(texel: vec2<i32>, origin: Origin) -> bool {
     if is_miss(tap) || tap.id != origin.surface.id {
         return false;
     }
-    let offset = position_of(frame, frame.previous, vec2<f32>(texel), tap.depth) - origin.position;
+    let position = position_of(frame, frame.previous, vec2<f32>(texel), tap.depth);
+    if IS_SPECULAR {
+        // A rough surface shows many things at once.
+        if abs(origin.nearness - tap.cue) > NEARNESS_TOLERANCE + tap.roughness {
+            return false;
+        }
+    }
+    let offset = position - origin.position;
     return dot(tap.normal, origin.surface.normal) > REPROJECTED_NORMAL_COSINE
         && abs(dot(tap.normal, offset)) < origin.tolerance;
 }
@@ -181,8 +246,7 @@ fn fetch(origin: Origin) -> Fetched {
     if all_valid && any(f > vec2(0.0)) {
         let sharp = fetch_catmull_rom(base, f, origin);
         if sharp.valid {
-            // Negative lobes may undershoot next to something bright; darker than black is not history.
-            fetched.history = vec4(max(sharp.mean, vec3(0.0)), fetched.history.w);
+            fetched.history = vec4(sharp.mean, fetched.history.w);
             fetched.noise.deviations = sharp.deviations;
         }
     }
@@ -210,6 +274,7 @@ fn fetch_catmull_rom(base: vec2<i32>, f: vec2<f32>, origin: Origin) -> Sharp {
     let wx = catmull_rom_weights(f.x);
     let wy = catmull_rom_weights(f.y);
     var sharp = Sharp(vec3(0.0), vec3(0.0), false);
+    var range = vec2(HALF_MAX, 0.0); // of luminance
     for (var y = 0; y < 4; y++) {
         for (var x = 0; x < 4; x++) {
             let texel = base + vec2(x - 1, y - 1);
@@ -226,9 +291,17 @@ fn fetch_catmull_rom(base: vec2<i32>, f: vec2<f32>, origin: Origin) -> Sharp {
                 return sharp;
             }
             sharp.mean += w * tap.rgb;
+            if is_inner {
+                let l = luminance(tap.rgb);
+                range = vec2(min(range.x, l), max(range.y, l));
+            }
             sharp.deviations += w * unpack_noise(textureLoad(noise, texel, 0).x, tap.w).deviations;
         }
     }
+    // Negative lobes ring next to something bright.
+    sharp.mean = max(sharp.mean, vec3(0.0));
+    let l = luminance(sharp.mean);
+    sharp.mean *= clamp(l, range.x, range.y) / max(l, 1e-30);
     sharp.valid = true;
     return sharp;
 }

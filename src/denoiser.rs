@@ -1,14 +1,15 @@
 //! The denoiser: owns passes, history and scratch. [`Denoiser::encode`] is the frame, top to bottom.
 
-use crate::gpu::{FrameUniforms, Recorder, buffer, flags, image, words};
-use crate::history::History;
-use crate::layout::{BUCKETS, LEVELS, LEVELS_WORDS, SAMPLE_BUCKETS};
+use crate::gpu::{FrameUniforms, Recorder, flags, image};
+use crate::guides::Guides;
 use crate::pacing::Pacing;
 use crate::passes::{
-    Pipelines, accumulate::AccumulateViews, compose::ComposeViews, debug_view::DebugViewViews, fit::FitViews,
-    innovation::InnovationViews, predict::PredictViews, reproject::ReprojectViews,
+    Pipelines, SignalPasses, accumulate::AccumulateViews, compose::ComposeViews, debug_view::DebugViewViews,
+    fit::FitViews, innovation::InnovationViews, predict::PredictViews, reproject::ReprojectViews,
     sample_map::SampleMapViews,
 };
+use crate::scratch::Scratch;
+use crate::signal::Signal;
 use crate::statistics::StatisticsReader;
 use crate::{
     Allocation, Budget, Camera, Centres, CreateError, DebugView, DenoiserDescriptor, FrameError, FrameInputs,
@@ -16,7 +17,7 @@ use crate::{
 };
 use bytemuck::Zeroable;
 use std::sync::Arc;
-use wgpu::{Buffer, BufferUsages, TextureFormat, TextureView};
+use wgpu::{TextureFormat, TextureView};
 
 /// Denoises what one camera sees at one render size. Owns history and scratch; the caller owns every input, the output
 /// and the encoder.
@@ -24,7 +25,11 @@ use wgpu::{Buffer, BufferUsages, TextureFormat, TextureView};
 pub struct Denoiser {
     size: [u32; 2],
     pipelines: Arc<Pipelines>,
-    history: History,
+    guides: Guides,
+    /// The radiance, or what of it did not leave the first hit through the specular lobe.
+    signal: Signal,
+    /// Once a frame's specular radiance came apart.
+    specular: Option<Specular>,
     scratch: Scratch,
     /// Camera of the last recorded frame; none before the first.
     previous_camera: Option<Camera>,
@@ -35,37 +40,25 @@ pub struct Denoiser {
     was_noticed: bool,
     /// Whether the last recorded frame had a limit, so that its models may be kept.
     was_limited: bool,
+    /// Whether the last recorded frame had two signals; their histories mean something else than that of one.
+    was_split: bool,
 }
 
-/// What lives for one frame only, or for less: what is dead lends its memory to what comes after.
+/// What the specular signal needs of its own.
 #[derive(Debug)]
-struct Scratch {
-    /// Later, where a debug view shows it, the mix weight.
-    signal: TextureView,
-    /// Later the prediction.
-    reprojected: TextureView,
-    /// Later, where somebody asks for it, the output's expected error.
-    reprojected_noise: TextureView,
-    /// Per tile: of the change of the light, later of the temporal means.
-    moments: Buffer,
-    innovations: Buffer,
-    /// One per tile. Under a budget they outlive the frame.
-    models: Buffer,
-    /// The window of each tile's model and its age; 0 for no model.
-    windows: Buffer,
-    coverage: Buffer,
-    centre_list: Buffer,
-    /// Per level: arguments of an indirect dispatch, number of models; then the number of models that were kept.
-    levels: Buffer,
-    /// `windows` of the frame before, later what they come to in this one. Used under a budget only, as the next.
-    kept: Buffer,
-    /// Per level: tiles by what a model would gain them.
-    histogram: Buffer,
-    /// How many pixels are worth how much to sample, and what that is in samples.
-    sample_histogram: Buffer,
-    /// Stand in for optional inputs that did not come.
-    no_float: TextureView,
-    no_uint: TextureView,
+struct Specular {
+    signal: Signal,
+    /// What the other signal came to, with its expected error in w.
+    rest: TextureView,
+}
+
+/// What of the caller's images belongs to one of the signals.
+struct SignalImages<'a> {
+    radiance: &'a TextureView,
+    albedo: &'a TextureView,
+    emission: &'a TextureView,
+    rest: &'a TextureView,
+    output: &'a TextureView,
 }
 
 impl Denoiser {
@@ -93,7 +86,9 @@ impl Denoiser {
         Ok(Self {
             size,
             pipelines,
-            history: History::new(device, size),
+            guides: Guides::new(device, size),
+            signal: Signal::new(device, size),
+            specular: None,
             scratch: Scratch::new(device, size),
             previous_camera: None,
             frames: 0,
@@ -101,6 +96,7 @@ impl Denoiser {
             pacing: None,
             was_noticed: false,
             was_limited: false,
+            was_split: false,
         })
     }
 
@@ -122,7 +118,19 @@ impl Denoiser {
 
     /// What the denoiser holds on the GPU, by resource; small constant ones are left out.
     pub fn memory(&self) -> Vec<Allocation> {
-        self.history.memory().into_iter().chain(self.scratch.memory()).collect()
+        let signal = self.signal.memory(["history", "noise", "models", "windows", "kept"]);
+        let specular = self.specular.as_ref().map_or(vec![], |specular| {
+            let names = [
+                "specular_history",
+                "specular_noise",
+                "specular_models",
+                "specular_windows",
+                "specular_kept",
+            ];
+            let rest = Allocation::of_image("rest", &specular.rest);
+            [specular.signal.memory(names), vec![rest]].concat()
+        });
+        [signal, self.guides.memory(), self.scratch.memory(), specular].concat()
     }
 
     /// Changes the render size. History is dropped; the next frame starts without.
@@ -153,32 +161,33 @@ impl Denoiser {
         settings: &Settings,
     ) -> Result<FrameOutputs, FrameError> {
         inputs.check(self.size, settings)?;
-        let previous = self.previous_camera.filter(|_| inputs.history == HistoryMode::Continue);
+        let is_split = inputs.specular.is_some();
+        let continues = inputs.history == HistoryMode::Continue && is_split == self.was_split;
+        let previous = self.previous_camera.filter(|_| continues);
         let (limit, notice) = self.limit(device, queue, inputs, settings);
-        let uniforms = self.uniforms(inputs, settings, previous, limit);
-        // A buffer of its own per frame: several frames may be recorded before one submission.
-        let frame = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("quell frame"),
-            size: size_of::<FrameUniforms>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        queue.write_buffer(&frame, 0, bytemuck::bytes_of(&uniforms));
+        if is_split && self.specular.is_none() {
+            self.specular = Some(Specular::new(device, self.size));
+        }
         if let Some(pacing) = &self.pacing {
             pacing.begin(encoder);
         }
-        self.clear(encoder, previous.is_some(), limit.is_some());
+        let uniforms = self.uniforms(inputs, settings, previous, limit);
+        let frame = &uniform_buffer(device, queue, &uniforms);
         let timestamps = inputs.timestamps;
-        self.record(&mut Recorder { device, encoder, frame: &frame, timestamps }, inputs, limit.is_some());
+        let mut recorder = Recorder { device, encoder, frame, timestamps, is_specular: false };
+        self.record(&mut recorder, inputs, settings, uniforms.flags);
         if let Some(pacing) = &mut self.pacing {
             pacing.end(device, encoder, self.frames);
         }
-        self.statistics.record(device, encoder, &self.scratch.levels, self.frames, limit);
+        let specular = self.specular.as_ref().filter(|_| is_split);
+        let levels = [Some(&self.signal.levels), specular.map(|specular| &specular.signal.levels)];
+        self.statistics.record(device, encoder, levels, self.frames, limit);
 
-        self.history.swap();
+        self.guides.swap();
         self.previous_camera = Some(inputs.camera);
         self.frames = self.frames.wrapping_add(1);
         self.was_limited = limit.is_some();
+        self.was_split = is_split;
         Ok(FrameOutputs { restarted: previous.is_none(), notice })
     }
 
@@ -203,37 +212,80 @@ impl Denoiser {
         (Some(limit), notice)
     }
 
-    /// Clears what passes count in, and hands the models of the frame before on where they may be kept.
-    fn clear(&self, encoder: &mut wgpu::CommandEncoder, has_history: bool, is_limited: bool) {
-        let Scratch { windows, coverage, levels, kept, histogram, sample_histogram, .. } = &self.scratch;
-        if is_limited {
-            if has_history && self.was_limited {
-                encoder.copy_buffer_to_buffer(windows, 0, kept, 0, kept.size());
-            } else {
-                encoder.clear_buffer(kept, 0, None);
+    /// The frame: its one signal, or one after the other the two that it came apart in; then what is made on request.
+    fn record(&self, recorder: &mut Recorder<'_>, inputs: &FrameInputs<'_>, settings: &Settings, flags: u32) {
+        let Scratch { no_float, sample_histogram, reprojected_noise: error, .. } = &self.scratch;
+        let FrameInputs { radiance, albedo, output, .. } = *inputs;
+        let emission = inputs.emission.unwrap_or(no_float);
+        recorder.encoder.clear_buffer(sample_histogram, 0, None);
+        let combined = SignalImages { radiance, albedo, emission, rest: no_float, output };
+        let mut shown = Some(&self.signal);
+        if let (Some(radiance), Some(Specular { signal, rest })) = (inputs.specular, &self.specular) {
+            let of_rest = SignalImages { output: rest, ..combined };
+            self.record_signal(recorder, inputs, flags, &self.pipelines.signal, &self.signal, &of_rest);
+            shown = Some(signal);
+            if shows_rest(inputs, settings) {
+                self.record_debug_view(recorder, inputs, &self.signal);
+                shown = None;
             }
-            encoder.clear_buffer(histogram, 0, None);
+            recorder.is_specular = true;
+            let albedo = inputs.specular_albedo.unwrap_or(no_float);
+            let of_specular = SignalImages { radiance, albedo, emission: no_float, rest, output };
+            let passes = self.pipelines.specular(recorder.device);
+            self.record_signal(recorder, inputs, flags, passes, signal, &of_specular);
+        } else {
+            self.record_signal(recorder, inputs, flags, &self.pipelines.signal, &self.signal, &combined);
+            crate::PASSES[crate::SIGNAL_PASSES..2 * crate::SIGNAL_PASSES]
+                .iter()
+                .for_each(|name| recorder.skip_pass(name));
         }
-        for buffer in [windows, coverage, levels, sample_histogram] {
-            encoder.clear_buffer(buffer, 0, None);
+        match inputs.sample_map {
+            Some(SampleMap { view: samples, .. }) => self.pipelines.sample_map.record(
+                recorder,
+                &SampleMapViews {
+                    guide: self.guides.current(),
+                    motion: inputs.motion,
+                    history: &self.signal.history,
+                    error,
+                    sample_histogram,
+                    samples,
+                },
+                self.size,
+            ),
+            None => recorder.skip_pass("sample_map"),
+        }
+        if let Some(signal) = shown {
+            self.record_debug_view(recorder, inputs, signal);
         }
     }
 
-    /// The frame, pass by pass.
-    fn record(&self, recorder: &mut Recorder<'_>, inputs: &FrameInputs<'_>, is_limited: bool) {
-        let Scratch { signal, reprojected, reprojected_noise, moments, innovations, models, .. } =
-            &self.scratch;
-        let Scratch { windows, coverage, centre_list, levels, kept, histogram, .. } = &self.scratch;
-        let Scratch { sample_histogram, no_float, no_uint, .. } = &self.scratch;
+    /// One signal, pass by pass.
+    fn record_signal(
+        &self,
+        recorder: &mut Recorder<'_>,
+        inputs: &FrameInputs<'_>,
+        flags: u32,
+        passes: &SignalPasses,
+        signal_state: &Signal,
+        images: &SignalImages<'_>,
+    ) {
+        let Scratch { signal, reprojected, reprojected_noise, moments, innovations, .. } = &self.scratch;
+        let Scratch { coverage, centre_list, histogram, no_float, no_uint, .. } = &self.scratch;
+        let Signal { history, noise, models, windows, kept, levels } = signal_state;
         let (prediction, mix_weight, error) = (reprojected, signal, reprojected_noise);
-        let History { mean: history, noise, .. } = &self.history;
-        let (guide, previous_guide) = (self.history.guide(), self.history.previous_guide());
-        let FrameInputs { radiance, albedo, normal_roughness, depth, motion, output, .. } = *inputs;
-        let emission = inputs.emission.unwrap_or(no_float);
+        let (guide, previous_guide) = (self.guides.current(), self.guides.previous());
+        let FrameInputs { normal_roughness, depth, motion, .. } = *inputs;
+        let SignalImages { radiance, albedo, emission, rest, output } = *images;
         let surface_id = inputs.surface_id.unwrap_or(no_uint);
         let sample_count = inputs.sample_count.unwrap_or(no_uint);
-        let passes = &self.pipelines;
+        let hit_distance = inputs.hit_distance.unwrap_or(no_float);
+        let is_limited = flags & flags::LIMITED != 0;
+        let keeps_models = is_limited && self.was_limited && flags & flags::HISTORY != 0;
 
+        signal_state.clear(recorder.encoder, keeps_models);
+        for buffer in [coverage, histogram] {
+            recorder.encoder.clear_buffer(buffer, 0, None);
+        }
         passes.reproject.record(
             recorder,
             &ReprojectViews {
@@ -245,6 +297,7 @@ impl Denoiser {
                 surface_id,
                 emission,
                 sample_count,
+                hit_distance,
                 previous_guide,
                 history,
                 noise,
@@ -285,37 +338,52 @@ impl Denoiser {
         passes.predict.record(recorder, &PredictViews { guide, models, windows, prediction }, self.size);
         passes.compose.record(
             recorder,
-            &ComposeViews { guide, prediction, history, noise, albedo, emission, output, error, mix_weight },
+            &ComposeViews {
+                guide,
+                prediction,
+                history,
+                noise,
+                albedo,
+                emission,
+                rest,
+                output,
+                error,
+                mix_weight,
+            },
             self.size,
         );
-        match inputs.sample_map {
-            Some(SampleMap { view: samples, .. }) => passes.sample_map.record(
-                recorder,
-                &SampleMapViews { guide, motion, history, error, sample_histogram, samples },
-                self.size,
-            ),
-            None => recorder.skip_pass("sample_map"),
-        }
-        if let Some((_, debug)) = inputs.debug {
-            passes.debug_view.record(
-                recorder,
-                &DebugViewViews {
-                    guide,
-                    motion,
-                    prediction,
-                    history,
-                    noise,
-                    mix_weight,
-                    error,
-                    models,
-                    windows,
-                    debug,
-                },
-                self.size,
-            );
-        } else {
-            recorder.skip_pass("debug_view");
-        }
+    }
+
+    /// Shows an inner image of the signal that was recorded last.
+    fn record_debug_view(
+        &self,
+        recorder: &mut Recorder<'_>,
+        inputs: &FrameInputs<'_>,
+        signal_state: &Signal,
+    ) {
+        let Some((_, debug)) = inputs.debug else {
+            return recorder.skip_pass("debug_view");
+        };
+        let Signal { history, noise, models, windows, .. } = signal_state;
+        let Scratch { signal: mix_weight, reprojected: prediction, reprojected_noise: error, .. } =
+            &self.scratch;
+        let (guide, motion) = (self.guides.current(), inputs.motion);
+        self.pipelines.debug_view.record(
+            recorder,
+            &DebugViewViews {
+                guide,
+                motion,
+                prediction,
+                history,
+                noise,
+                mix_weight,
+                error,
+                models,
+                windows,
+                debug,
+            },
+            self.size,
+        );
     }
 
     fn uniforms(
@@ -329,6 +397,7 @@ impl Denoiser {
         let motion_depth = inputs.motion.texture().format() == TextureFormat::Rgba16Float;
         let wants_error =
             inputs.sample_map.is_some() || matches!(inputs.debug, Some((DebugView::OutputError, _)));
+        let signals = if inputs.specular.is_some() { 2 } else { 1 };
         let mut uniforms = FrameUniforms {
             far: settings.far,
             size: self.size,
@@ -345,12 +414,15 @@ impl Denoiser {
                 | flag(settings.mix_temporal_mean, flags::MIX)
                 | flag(settings.innovation, flags::INNOVATION)
                 | flag(limit.is_some(), flags::LIMITED)
+                | flag(inputs.specular.is_some(), flags::SPLIT)
+                | flag(inputs.specular_albedo.is_some(), flags::SPECULAR_ALBEDO)
+                | flag(inputs.hit_distance.is_some(), flags::HIT_DISTANCE)
                 | flag(settings.windows == Windows::RingError, flags::RING_ERROR)
                 | flag(wants_error, flags::ERROR)
                 | flag(matches!(inputs.debug, Some((DebugView::MixWeight, _))), flags::SHOW_MIX),
             sample_budget: inputs.sample_map.map_or(0.0, |map| map.samples_per_pixel),
             dark_level: inputs.sample_map.map_or(0.0, |map| map.dark_level),
-            model_limit: limit.unwrap_or(u32::MAX),
+            model_limit: limit.map_or(u32::MAX, |limit| limit.div_ceil(signals)),
             debug_view: inputs.debug.map_or(0, |(view, _)| view as u32),
             ..FrameUniforms::zeroed()
         };
@@ -360,59 +432,26 @@ impl Denoiser {
     }
 }
 
-impl Scratch {
+impl Specular {
     fn new(device: &wgpu::Device, size: [u32; 2]) -> Self {
-        let tiles = layout::count(layout::tiles(size));
-        Self {
-            signal: image(device, "quell signal", size, TextureFormat::R32Uint),
-            reprojected: image(device, "quell reprojected", size, TextureFormat::Rg32Uint),
-            reprojected_noise: image(device, "quell reprojected noise", size, TextureFormat::R32Uint),
-            moments: buffer(device, "quell moments", layout::moments(tiles)),
-            innovations: buffer(
-                device,
-                "quell innovations",
-                layout::models(layout::count(layout::innovation_centres(size))),
-            ),
-            models: buffer(device, "quell models", layout::models(tiles)),
-            windows: words(device, "quell windows", tiles, BufferUsages::COPY_DST | BufferUsages::COPY_SRC),
-            coverage: words(device, "quell coverage", tiles, BufferUsages::COPY_DST),
-            centre_list: buffer(device, "quell centre list", tiles),
-            levels: words(
-                device,
-                "quell levels",
-                u64::from(LEVELS_WORDS),
-                BufferUsages::INDIRECT | BufferUsages::COPY_DST | BufferUsages::COPY_SRC,
-            ),
-            kept: words(device, "quell kept", tiles, BufferUsages::COPY_DST),
-            histogram: words(
-                device,
-                "quell histogram",
-                u64::from(BUCKETS) * LEVELS as u64,
-                BufferUsages::COPY_DST,
-            ),
-            sample_histogram: words(
-                device,
-                "quell sample histogram",
-                SAMPLE_BUCKETS + 1,
-                BufferUsages::COPY_DST,
-            ),
-            no_float: image(device, "quell no image", [1, 1], TextureFormat::R32Float),
-            no_uint: image(device, "quell no image", [1, 1], TextureFormat::R32Uint),
-        }
+        let rest = image(device, "quell rest", size, TextureFormat::Rgba16Float);
+        Self { signal: Signal::new(device, size), rest }
     }
+}
 
-    fn memory(&self) -> Vec<Allocation> {
-        vec![
-            Allocation::of_image("signal", &self.signal),
-            Allocation::of_image("reprojected", &self.reprojected),
-            Allocation::of_image("reprojected_noise", &self.reprojected_noise),
-            Allocation::of_buffer("moments", &self.moments),
-            Allocation::of_buffer("innovations", &self.innovations),
-            Allocation::of_buffer("models", &self.models),
-            Allocation::of_buffer("windows", &self.windows),
-            Allocation::of_buffer("coverage", &self.coverage),
-            Allocation::of_buffer("centre_list", &self.centre_list),
-            Allocation::of_buffer("kept", &self.kept),
-        ]
-    }
+/// Whether the debug view is of the first of two signals. What the output is off by is known after the second.
+fn shows_rest(inputs: &FrameInputs<'_>, settings: &Settings) -> bool {
+    !settings.debug_specular && inputs.debug.is_some_and(|(view, _)| view != DebugView::OutputError)
+}
+
+/// A buffer of its own per frame: several frames may be recorded before one submission.
+fn uniform_buffer(device: &wgpu::Device, queue: &wgpu::Queue, uniforms: &FrameUniforms) -> wgpu::Buffer {
+    let frame = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("quell frame"),
+        size: size_of::<FrameUniforms>() as u64,
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    queue.write_buffer(&frame, 0, bytemuck::bytes_of(uniforms));
+    frame
 }

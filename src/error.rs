@@ -93,6 +93,14 @@ pub enum FrameError {
         /// The other field.
         other: &'static str,
     },
+    /// An image that another one belongs to did not come.
+    #[error("image `{needed_by}` came without `{image}`, which it belongs to")]
+    Missing {
+        /// Field of [`FrameInputs`](crate::FrameInputs) that is missing.
+        image: &'static str,
+        /// The field that came.
+        needed_by: &'static str,
+    },
     /// A matrix or the jitter of the camera cannot be used.
     #[error("camera `{field}`: {reason}")]
     Camera {

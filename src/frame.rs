@@ -133,6 +133,17 @@ pub struct FrameInputs<'a> {
     /// Samples traced at each pixel this frame; 0 means that its radiance is ignored and predicted. Without
     /// this image every pixel has one. `R32Uint` or `R8Uint`.
     pub sample_count: Option<&'a wgpu::TextureView>,
+    /// Radiance of this frame's samples that left the first hit through the specular lobe. Where it is given, `radiance` holds
+    /// the rest, and the two are denoised apart: each with its own albedo, history and motion. Invalid pixels as in `radiance`.
+    /// `Rgba16Float` or `Rgba32Float`.
+    pub specular: Option<&'a wgpu::TextureView>,
+    /// Reflectance of the specular lobe towards the camera, over all directions that light may come from, linear once sampled.
+    /// Only with `specular`. Without this image it is derived from a reflectance at normal incidence of 0.04, roughness and
+    /// view angle. `Rgba8Unorm`, `Rgba8UnormSrgb` or `Rgba16Float`.
+    pub specular_albedo: Option<&'a wgpu::TextureView>,
+    /// World-space distance from the first hit to what its specular ray hit; infinite, or at or beyond `Settings::far`, for the
+    /// sky. 0, negative and NaN mean that it is not known. With or without `specular`. `R32Float` or `R16Float`.
+    pub hit_distance: Option<&'a wgpu::TextureView>,
     /// The camera of this frame. The previous one is remembered.
     pub camera: Camera,
     /// Whether history continues.
@@ -178,6 +189,7 @@ const DEPTH: &[TextureFormat] = &[TextureFormat::R32Float];
 const MOTION: &[TextureFormat] =
     &[TextureFormat::Rg16Float, TextureFormat::Rgba16Float, TextureFormat::Rg32Float];
 const SURFACE_ID: &[TextureFormat] = &[TextureFormat::R32Uint];
+const HIT_DISTANCE: &[TextureFormat] = &[TextureFormat::R32Float, TextureFormat::R16Float];
 const HALF_RGBA: &[TextureFormat] = &[TextureFormat::Rgba16Float];
 const SAMPLES: &[TextureFormat] = &[TextureFormat::R32Uint];
 const SAMPLE_COUNT: &[TextureFormat] = &[TextureFormat::R32Uint, TextureFormat::R8Uint];
@@ -191,6 +203,9 @@ impl FrameInputs<'_> {
         if let Some(found) = self.measured_ms.filter(|ms| !(ms.is_finite() && *ms >= 0.0)) {
             return Err(FrameError::MeasuredTime { found });
         }
+        if self.specular_albedo.is_some() && self.specular.is_none() {
+            return Err(FrameError::Missing { image: "specular", needed_by: "specular_albedo" });
+        }
         let sampled = TextureUsages::TEXTURE_BINDING;
         let stored = TextureUsages::STORAGE_BINDING;
         let images = [
@@ -202,6 +217,9 @@ impl FrameInputs<'_> {
             ("surface_id", self.surface_id, SURFACE_ID, sampled),
             ("emission", self.emission, HALF_RGBA, sampled),
             ("sample_count", self.sample_count, SAMPLE_COUNT, sampled),
+            ("specular", self.specular, RADIANCE, sampled),
+            ("specular_albedo", self.specular_albedo, ALBEDO, sampled),
+            ("hit_distance", self.hit_distance, HIT_DISTANCE, sampled),
             ("output", Some(self.output), HALF_RGBA, stored),
             ("debug", self.debug.map(|(_, view)| view), HALF_RGBA, stored),
             ("sample_map", self.sample_map.map(|map| map.view), SAMPLES, stored),

@@ -25,6 +25,9 @@
 //!     surface_id: None,
 //!     emission: None,
 //!     sample_count: None,
+//!     specular: None,
+//!     specular_albedo: None,
+//!     hit_distance: None,
 //!     camera,
 //!     history: HistoryMode::Continue,
 //!     output,           // Rgba16Float
@@ -55,7 +58,7 @@
 //! 2. **innovation** asks whether the light changed: that difference is regressed on the surface's features over windows of
 //!    40x40 pixels; what noise would explain as well is not believed.
 //! 3. **accumulate** moves the history by the predicted change and lowers its confidence as a Kalman filter would, so that a
-//!    light that was switched leaves no ghost. On glossy surfaces it forgets as fast as their view turns. Then this frame's samples, weighted by their number, join the temporal mean.
+//!    light that was switched leaves no ghost. Then this frame's samples, weighted by their number, join the temporal mean.
 //!    Beside it ride the scatter of one sample, and deviations that take the same path as the mean but with alternating
 //!    signs: their squares tell how noisy the mean still is, after all blending and resampling. In the end it sums, per tile,
 //!    the weighted first and second moments of features (normal, position, 1/albedo, surface id, roughness, pixel position)
@@ -92,7 +95,7 @@
 //!   do; history is kept without jitter. TAA or an upscaler goes after quell, usually after tonemapping, and takes quell's
 //!   output, your motion and the same jitter. Inside quell it would be a second history of the image, before the tonemapping
 //!   that it should follow.
-//! - **Limits of this version**: history follows surfaces, so reflections are forgotten and blurred under motion; a change of
+//! - **Limits of this version**: history follows surfaces, so reflections in curved mirrors smear under motion; a change of
 //!   the light that is small against the noise of a few hundred samples is not noticed in one frame and fades in over
 //!   [`Settings::max_history`] samples.
 
@@ -105,7 +108,7 @@ mod error;
 mod frame;
 #[doc(hidden)]
 pub mod gpu;
-mod history;
+mod guides;
 #[doc(hidden)]
 pub mod layout;
 mod memory;
@@ -113,7 +116,9 @@ mod pacing;
 #[doc(hidden)]
 pub mod passes;
 mod readback;
+mod scratch;
 mod settings;
+mod signal;
 mod statistics;
 
 pub use denoiser::Denoiser;
@@ -125,9 +130,26 @@ pub use passes::Pipelines;
 pub use settings::{Budget, Centres, Settings, Windows};
 pub use statistics::Statistics;
 
-/// The passes of a frame in the order they run; also their labels and timestamp order.
-pub const PASSES: [&str; 8] =
-    ["reproject", "innovation", "accumulate", "fit", "predict", "compose", "sample_map", "debug_view"];
+/// The passes of a frame in the order they run; also their labels and timestamp order. Those of the specular signal have nothing
+/// to do where it is not given.
+pub const PASSES: [&str; 14] = [
+    "reproject",
+    "innovation",
+    "accumulate",
+    "fit",
+    "predict",
+    "compose",
+    "specular reproject",
+    "specular innovation",
+    "specular accumulate",
+    "specular fit",
+    "specular predict",
+    "specular compose",
+    "sample_map",
+    "debug_view",
+];
+/// How many of [`PASSES`] each signal has: first those of the radiance, then those of the specular signal.
+pub(crate) const SIGNAL_PASSES: usize = 6;
 
 /// Compiles the README's example.
 #[cfg(doctest)]

@@ -78,7 +78,7 @@ impl Pacing {
         if let Some(timer) = &mut self.timer {
             timer.mark(encoder, None, Some(1));
             encoder.resolve_query_set(&timer.queries, 0..2, &timer.resolved, 0);
-            timer.copies.record(device, encoder, &timer.resolved, frame);
+            timer.copies.record(device, encoder, &[&timer.resolved], frame);
         }
     }
 }

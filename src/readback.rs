@@ -29,21 +29,25 @@ impl<M> Default for Readback<M> {
 }
 
 impl<M> Readback<M> {
-    /// Records a copy of all of `source`; it is mapped when the caller's submission is done.
+    /// Records a copy of all of `sources`, one behind the other; it is mapped when the caller's submission is done.
     pub fn record(
         &mut self,
         device: &wgpu::Device,
         encoder: &mut wgpu::CommandEncoder,
-        source: &wgpu::Buffer,
+        sources: &[&wgpu::Buffer],
         about: M,
     ) {
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("quell readback"),
-            size: source.size(),
+            size: sources.iter().map(|source| source.size()).sum(),
             usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        encoder.copy_buffer_to_buffer(source, 0, &buffer, 0, source.size());
+        let mut end = 0;
+        for source in sources {
+            encoder.copy_buffer_to_buffer(source, 0, &buffer, end, source.size());
+            end += source.size();
+        }
         let is_mapped = Arc::new(AtomicBool::new(false));
         let mapped = Arc::clone(&is_mapped);
         encoder.map_buffer_on_submit(&buffer, wgpu::MapMode::Read, .., move |result| {

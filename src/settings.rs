@@ -87,6 +87,8 @@ pub struct Settings {
     ///
     /// Off shows the prediction alone: smoother, but what no feature explains (a shadow's edge) is blurred.
     pub mix_temporal_mean: bool,
+    /// Whether debug views show the specular signal, where it is given, and not the rest (default false).
+    pub debug_specular: bool,
     /// How many models may be fitted (default: as many as the image needs).
     pub budget: Budget,
 }
@@ -102,6 +104,7 @@ impl Default for Settings {
             innovation: true,
             firefly_limit: 1.0,
             mix_temporal_mean: true,
+            debug_specular: false,
             budget: Budget::Unlimited,
         }
     }

@@ -32,26 +32,29 @@ pub(crate) struct StatisticsReader {
 }
 
 impl StatisticsReader {
-    /// Records a copy of the counters at the end of a frame.
+    /// Records a copy of each signal's counters at the end of a frame.
     pub fn record(
         &mut self,
         device: &wgpu::Device,
         encoder: &mut wgpu::CommandEncoder,
-        levels: &wgpu::Buffer,
+        levels: [Option<&wgpu::Buffer>; 2],
         frame: u32,
         model_limit: Option<u32>,
     ) {
-        self.copies.record(device, encoder, levels, (frame, model_limit));
+        let levels: Vec<_> = levels.into_iter().flatten().collect();
+        self.copies.record(device, encoder, &levels, (frame, model_limit));
     }
 
     /// The newest statistics that have arrived.
     pub fn latest(&mut self) -> Option<Statistics> {
         if let Some(((frame, model_limit), words)) = self.copies.newest::<u32>() {
-            let count = |level: usize| words[(level + 1) * LEVEL_WORDS as usize - 1];
+            let sum =
+                |word: usize| words.chunks_exact(LEVELS_WORDS as usize).map(|signal| signal[word]).sum();
+            let count = |level: usize| sum((level + 1) * LEVEL_WORDS as usize - 1);
             self.latest = Some(Statistics {
                 frame,
                 models_by_level: std::array::from_fn(count),
-                models_kept: words[LEVELS_WORDS as usize - 1],
+                models_kept: sum(LEVELS_WORDS as usize - 1),
                 model_limit,
             });
         }

@@ -4,6 +4,7 @@
 use clap::ValueEnum;
 use divan::Bencher;
 use quell::Settings;
+use quell_demo::gbuffer::Split;
 use quell_demo::gpu::Gpu;
 use quell_demo::method::{Method, MethodFrame, MethodRunner};
 use quell_demo::tracer::Sampling;
@@ -28,6 +29,7 @@ static WALK: LazyLock<(Gpu, Walk)> = LazyLock::new(|| {
         sampling: Sampling::Uniform,
         seed: 0,
         jitter: false,
+        split: Split::default(),
     };
     let walk = Walk::new(&gpu, options).expect("the gallery is built in");
     (gpu, walk)

@@ -9,12 +9,13 @@ use crate::replay::{ReplayOptions, replay};
 use crate::report::ReportArgs;
 use crate::sampling::{SamplingArgs, sampling};
 use crate::settings_args::SettingsArgs;
+use crate::split_args::SplitArgs;
 use crate::still::{StillArgs, still};
 use crate::study::{Rect, StudyOptions, study};
 use crate::tracer::Sampling;
 use crate::walk::{References, WalkOptions, load_scene};
 use crate::walkthrough::Walkthrough;
-use crate::window::{self, WindowError, WindowOptions};
+use crate::window::{self, ViewState, WindowError, WindowOptions};
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
 use std::io::Write;
@@ -90,6 +91,8 @@ pub struct WalkthroughArgs {
     /// End after so many frames
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub exit_after: Option<u32>,
+    #[command(flatten)]
+    pub split: SplitArgs,
 }
 
 /// A walk that is traced frame by frame.
@@ -128,6 +131,8 @@ pub struct WalkArgs {
     /// Frames that get a reference, e.g. 8,9,20 [default: four pairs spread over the walk]
     #[arg(long, value_name = "LIST", value_delimiter = ',', requires = "reference")]
     pub reference_frames: Option<Vec<u32>>,
+    #[command(flatten)]
+    pub split: SplitArgs,
     /// Folder for the results, created where needed
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -147,6 +152,7 @@ impl WalkArgs {
             sampling: self.sampling,
             seed: self.seed,
             jitter: self.jitter,
+            split: self.split.split(),
         }
     }
 
@@ -190,6 +196,8 @@ pub struct ReplayArgs {
     /// How to denoise
     #[arg(long, value_enum, default_value_t = Method::Quell)]
     pub method: Method,
+    #[command(flatten)]
+    pub split: SplitArgs,
     #[command(flatten)]
     pub settings: SettingsArgs,
 }
@@ -265,6 +273,7 @@ fn run_walkthrough(args: WalkthroughArgs) -> Result<()> {
         // larger than the room on it.
         speed: pose.eye.distance(pose.target) / 4.0,
         max_frames: args.exit_after.map(u64::from),
+        view: ViewState { signals: args.split.split(), ..ViewState::default() },
         ..WindowOptions::default()
     };
     match window::run(options, |gpu| Walkthrough::new(gpu, scene, args.seed, args.start)) {
@@ -282,6 +291,7 @@ fn run_walkthrough(args: WalkthroughArgs) -> Result<()> {
                 jitter: false,
                 reference: 0,
                 reference_frames: None,
+                split: args.split,
                 out: HEADLESS_OUT.into(),
             };
             run_render(&RenderArgs { walk, method: METHODS.to_vec(), antialias: false })
@@ -328,6 +338,7 @@ fn run_replay(args: ReplayArgs) -> Result<()> {
         out: args.out.clone(),
         method: args.method,
         settings: args.settings,
+        split: args.split.split(),
     })?;
     say(&match report {
         Some(report) => report.table(),

@@ -26,6 +26,7 @@ pub mod scene;
 pub mod settings_args;
 #[cfg(test)]
 mod shader_check;
+pub mod split_args;
 pub mod still;
 pub mod study;
 pub mod table;

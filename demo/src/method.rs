@@ -1,6 +1,6 @@
 //! The methods that a sequence can be denoised with, behind one call.
 
-use crate::gbuffer::{GBuffer, image};
+use crate::gbuffer::{GBuffer, Split, image};
 use crate::gpu::Gpu;
 use crate::peers::{Accumulate, Bmfr, PeerFrame, Svgf};
 use anyhow::{Context, Result};
@@ -49,6 +49,8 @@ pub struct MethodFrame<'a> {
     pub restart: bool,
     /// All methods use `far` and `max_history`. `motion_scale` is ignored: the G-buffer's motion is in pixels.
     pub settings: &'a Settings,
+    /// Which of the G-buffer's split images quell gets, where there are any. The others take combined radiance.
+    pub split: Split,
     /// Quell alone draws debug views; the others leave the image untouched.
     pub debug: Option<(DebugView, &'a wgpu::TextureView)>,
     /// Quell asks for as many samples per pixel, in the mean, in the next frame ([`GBuffer::sample_map`]).
@@ -60,13 +62,14 @@ pub struct MethodFrame<'a> {
 }
 
 impl<'a> MethodFrame<'a> {
-    /// A frame without debug view, sample map, timestamps and measured time.
+    /// A frame with the split of its images, without debug view, sample map, timestamps and measured time.
     pub fn new(gbuffer: &'a GBuffer, camera: Camera, restart: bool, settings: &'a Settings) -> Self {
         Self {
             gbuffer,
             camera,
             restart,
             settings,
+            split: gbuffer.split,
             debug: None,
             sample_budget: None,
             timestamps: None,
@@ -175,8 +178,9 @@ impl MethodRunner {
         };
         match &mut self.state {
             State::Quell { denoiser, output } => {
+                let lobes = gbuffer.lobes.as_ref().filter(|_| frame.split == Split::Full);
                 let inputs = FrameInputs {
-                    radiance: &gbuffer.radiance,
+                    radiance: lobes.map_or(&gbuffer.radiance, |lobes| &lobes.rest),
                     albedo: &gbuffer.albedo,
                     normal_roughness: &gbuffer.normal_roughness,
                     depth: &gbuffer.depth,
@@ -184,6 +188,9 @@ impl MethodRunner {
                     surface_id: Some(&gbuffer.surface_id),
                     emission: Some(&gbuffer.emission),
                     sample_count: Some(&gbuffer.sample_count),
+                    specular: lobes.map(|lobes| &lobes.specular),
+                    specular_albedo: lobes.and(gbuffer.specular_albedo.as_ref()),
+                    hit_distance: gbuffer.hit_distance.as_ref().filter(|_| frame.split != Split::None),
                     camera: frame.camera,
                     history: if frame.restart { HistoryMode::Restart } else { HistoryMode::Continue },
                     output,

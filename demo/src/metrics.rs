@@ -13,6 +13,10 @@ pub struct FrameMetrics {
     /// Peak signal-to-noise ratio over all pixels and channels, dB; higher is better. Infinite for equal images,
     /// which JSON stores as `null`.
     pub psnr_db: f64,
+    /// PSNR over reflective surfaces alone ([`GBuffer::reflective`](crate::gbuffer::GBuffer::reflective)). Missing where it is not
+    /// known which these are, or none is in view.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reflective_psnr_db: Option<f64>,
     /// Structural similarity, -1 to 1; 1 is equal.
     pub ssim: f64,
     /// Mean LDR FLIP, 0 to 1; 0 is equal.
@@ -35,12 +39,28 @@ pub enum MetricError {
     NotFinite { which: &'static str, x: u32, y: u32, channel: usize, value: f32 },
 }
 
-/// All single-frame metrics of `image`.
+/// All single-frame metrics of `image`, but for that of reflective surfaces.
 pub fn compare(image: &ImageRgb, reference: &ImageRgb) -> Result<FrameMetrics, MetricError> {
+    compare_reflective(image, reference, &[])
+}
+
+/// All single-frame metrics of `image`; `reflective` says of each pixel whether its surface is, and is empty where that is not
+/// known.
+pub fn compare_reflective(
+    image: &ImageRgb,
+    reference: &ImageRgb,
+    reflective: &[bool],
+) -> Result<FrameMetrics, MetricError> {
     check(image, reference)?;
     let (shown, target) = (image.to_display(), reference.to_display());
+    let chosen = |pixels: &[[f32; 3]]| -> Vec<[f32; 3]> {
+        pixels.iter().zip(reflective).filter(|&(_, &chosen)| chosen).map(|(&pixel, _)| pixel).collect()
+    };
+    let (shown_there, target_there) = (chosen(&shown), chosen(&target));
     Ok(FrameMetrics {
         psnr_db: psnr_from_mse(mse(&shown, &target)),
+        reflective_psnr_db: (!shown_there.is_empty())
+            .then(|| psnr_from_mse(mse(&shown_there, &target_there))),
         ssim: ssim(&shown, &target, image.width as usize, image.height as usize),
         flip: flip(image, reference),
         relative_mse: relative_mse(image, reference),
@@ -287,6 +307,25 @@ mod tests {
             assert!(metrics.relative_mse > 1e-4, "{name}: {metrics:?}");
             assert!(temporal_psnr(&good, wrong, &good, &good).unwrap() < 50.0, "{name}");
         }
+    }
+
+    #[test]
+    fn reflective_pixels_are_measured_alone() {
+        let good = picture();
+        let mut bad = good.clone();
+        bad.pixels[40] = [7.0; 3];
+        let psnr = |mask: &dyn Fn(usize) -> bool| {
+            let mask: Vec<bool> = (0..good.pixels.len()).map(mask).collect();
+            compare_reflective(&bad, &good, &mask).unwrap().reflective_psnr_db
+        };
+        let all = compare(&bad, &good).unwrap();
+        assert_eq!(all.reflective_psnr_db, None);
+        assert_eq!(psnr(&|_| false), None);
+        assert_eq!(psnr(&|i| i != 40), Some(f64::INFINITY));
+        assert_eq!(psnr(&|_| true), Some(all.psnr_db));
+        // The same error over a quarter of the pixels.
+        let quarter = psnr(&|i| i < good.pixels.len() / 4).unwrap();
+        assert!((quarter - all.psnr_db + 10.0 * 4f64.log10()).abs() < 1e-9, "{quarter}");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Quality of a sequence: metrics per frame, their means, a table and `metrics.json`.
 
 use crate::image::ImageRgb;
-use crate::metrics::{FrameMetrics, MetricError, compare, temporal_psnr};
+use crate::metrics::{FrameMetrics, MetricError, compare_reflective, temporal_psnr};
 use anyhow::{Context, Result};
 use serde::Serialize;
 use std::fmt::Write;
@@ -66,18 +66,20 @@ impl QualityRecorder {
         self.models.extend(models.map(f64::from));
     }
 
-    /// Adds the next frame of the sequence; without a reference it only interrupts the temporal metric.
+    /// Adds the next frame of the sequence; without a reference it only interrupts the temporal metric. `reflective` says of each
+    /// pixel whether its surface is, and may be empty.
     pub fn add(
         &mut self,
         frame: usize,
         image: ImageRgb,
         reference: Option<ImageRgb>,
+        reflective: &[bool],
     ) -> Result<(), MetricError> {
         let Some(reference) = reference else {
             self.previous = None;
             return Ok(());
         };
-        let metrics = compare(&image, &reference)?;
+        let metrics = compare_reflective(&image, &reference, reflective)?;
         let tpsnr_db = match &self.previous {
             Some((i, r)) => Some(temporal_psnr(i, &image, r, &reference)?),
             None => None,
@@ -118,16 +120,19 @@ impl MeanReport {
         let mean_of = |value: fn(&FrameMetrics) -> f64| {
             mean(values.clone().map(|(metrics, _)| value(&metrics)).collect())
         };
-        let tpsnr: Vec<f64> = values.clone().filter_map(|(_, tpsnr_db)| tpsnr_db).collect();
+        let mean_if_any = |values: Vec<f64>| (!values.is_empty()).then(|| mean(values));
+        let reflective = values.clone().filter_map(|(metrics, _)| metrics.reflective_psnr_db).collect();
+        let tpsnr = values.clone().filter_map(|(_, tpsnr_db)| tpsnr_db).collect();
         Self {
             metrics: FrameMetrics {
                 psnr_db: mean_of(|m| m.psnr_db),
+                reflective_psnr_db: mean_if_any(reflective),
                 ssim: mean_of(|m| m.ssim),
                 flip: mean_of(|m| m.flip),
                 relative_mse: mean_of(|m| m.relative_mse),
                 bias_percent: mean_of(|m| m.bias_percent),
             },
-            tpsnr_db: (!tpsnr.is_empty()).then(|| mean(tpsnr)),
+            tpsnr_db: mean_if_any(tpsnr),
         }
     }
 }
@@ -153,13 +158,16 @@ impl QualityReport {
 }
 
 /// Headings of [`columns`].
-pub const HEADINGS: &str = "     PSNR     SSIM     FLIP       rMSE  bias, %    tPSNR\n";
+pub const HEADINGS: &str = "     PSNR     SSIM     FLIP       rMSE  bias, %    tPSNR reflective\n";
 
 /// The metrics of one line of a table, after its label.
 pub fn columns(m: &FrameMetrics, tpsnr_db: Option<f64>) -> String {
-    let tpsnr = tpsnr_db.map_or("-".to_owned(), |t| format!("{t:.2}"));
-    let FrameMetrics { psnr_db, ssim, flip, relative_mse, bias_percent } = m;
-    format!(" {psnr_db:>8.2} {ssim:>8.4} {flip:>8.4} {relative_mse:>10.5} {bias_percent:>8.2} {tpsnr:>8}\n")
+    let decibels = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
+    let FrameMetrics { psnr_db, reflective_psnr_db, ssim, flip, relative_mse, bias_percent } = m;
+    let (tpsnr, reflective) = (decibels(tpsnr_db), decibels(*reflective_psnr_db));
+    format!(
+        " {psnr_db:>8.2} {ssim:>8.4} {flip:>8.4} {relative_mse:>10.5} {bias_percent:>8.2} {tpsnr:>8} {reflective:>10}\n"
+    )
 }
 
 /// The value in the middle of a sorted list.
@@ -185,10 +193,10 @@ mod tests {
     #[test]
     fn means_skip_what_is_missing_and_json_stays_valid() {
         let mut recorder = QualityRecorder::new();
-        recorder.add(0, grey(0.5), Some(grey(0.6))).unwrap();
-        recorder.add(1, grey(0.5), None).unwrap();
-        recorder.add(2, grey(0.7), Some(grey(0.6))).unwrap();
-        recorder.add(3, grey(0.7), Some(grey(0.6))).unwrap();
+        recorder.add(0, grey(0.5), Some(grey(0.6)), &[]).unwrap();
+        recorder.add(1, grey(0.5), None, &[]).unwrap();
+        recorder.add(2, grey(0.7), Some(grey(0.6)), &[]).unwrap();
+        recorder.add(3, grey(0.7), Some(grey(0.6)), &[]).unwrap();
         let report = recorder.finish("test", "none", "cpu", [12, 12]).unwrap();
         let with_tpsnr: Vec<_> = report.frames.iter().filter(|f| f.tpsnr_db.is_some()).collect();
         assert_eq!(with_tpsnr.len(), 1, "only frame 3 follows a frame with a reference");
@@ -215,7 +223,7 @@ mod tests {
     #[test]
     fn no_reference_no_report() {
         let mut recorder = QualityRecorder::new();
-        recorder.add(0, grey(0.5), None).unwrap();
+        recorder.add(0, grey(0.5), None, &[]).unwrap();
         assert!(recorder.finish("test", "none", "cpu", [12, 12]).is_none());
     }
 }

@@ -49,7 +49,7 @@ pub fn record(gpu: &Gpu, options: &RecordOptions) -> Result<()> {
             view: camera.view_from_world,
             projection: camera.clip_from_view,
             jitter_px: camera.jitter_px,
-            restart: i == 0,
+            restart: walk.is_cut(i),
         };
         writer.write_frame(&frame, &info)?;
         progress.inc(1);

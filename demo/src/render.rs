@@ -1,6 +1,7 @@
 //! The walk without a window: pictures, a contact sheet, metrics.
 
 use crate::contact_sheet::ContactSheet;
+use crate::gbuffer::Split;
 use crate::gpu::Gpu;
 use crate::image::ImageRgb;
 use crate::method::{Method, MethodFrame, MethodRunner};
@@ -39,6 +40,8 @@ pub struct RenderReport {
     pub seed: u32,
     pub jitter: bool,
     pub antialias: bool,
+    /// What quell got apart.
+    pub split: Split,
     /// Median milliseconds of the path tracer and of each method, from submission until the GPU is done.
     pub wall_ms: BTreeMap<String, f64>,
     /// Quality of each method on the same samples; empty without references.
@@ -79,7 +82,7 @@ fn label_of(method: Method) -> &'static str {
 /// their names), `reference/`, `contact_sheet.png` and `metrics.json` in `out`.
 pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
     let walk = Walk::new(gpu, options.walk.clone())?;
-    let WalkOptions { width, height, frames, spp, sampling, seed, jitter, .. } = options.walk;
+    let WalkOptions { width, height, frames, spp, sampling, seed, jitter, split, .. } = options.walk;
     let chosen = options.references.chosen(frames)?;
     ensure!(
         sampling != Sampling::Adaptive || options.methods.contains(&Method::Quell),
@@ -118,7 +121,7 @@ pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
         let sample_budget = (sampling == Sampling::Adaptive).then_some(spp);
         let frame = MethodFrame {
             sample_budget,
-            ..MethodFrame::new(walk.gbuffer(), walk.view(i).camera, i == 0, &settings)
+            ..MethodFrame::new(walk.gbuffer(), walk.view(i).camera, walk.is_cut(i), &settings)
         };
         for (runner, antialias) in runners.iter_mut().zip(&mut antialias) {
             times.measure(gpu, runner.method().name(), |encoder| {
@@ -168,9 +171,13 @@ pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
                 sheet.add(format!("reference, {} spp", options.references.spp), reference);
             }
         }
+        let reflective = match reference {
+            Some(_) => walk.gbuffer().reflective(gpu, settings.far)?,
+            None => vec![],
+        };
         for (quality, image) in quality.iter_mut().zip(images) {
             quality
-                .add(i as usize, image, reference.clone())
+                .add(i as usize, image, reference.clone(), &reflective)
                 .with_context(|| format!("metrics of frame {i}"))?;
         }
         progress.inc(1);
@@ -191,6 +198,7 @@ pub fn render(gpu: &Gpu, options: &RenderOptions) -> Result<RenderReport> {
         seed,
         jitter,
         antialias: options.antialias,
+        split,
         wall_ms: times.medians(),
         methods: quality.into_iter().zip(methods.iter().copied()).filter_map(finish).collect(),
     };

@@ -1,6 +1,7 @@
 //! Replaying a capture through a method.
 
 use crate::capture::{CaptureReader, MANIFEST, gbuffer_for, upload};
+use crate::gbuffer::Split;
 use crate::gpu::Gpu;
 use crate::image::ImageRgb;
 use crate::method::{Method, MethodFrame, MethodRunner};
@@ -18,6 +19,8 @@ pub struct ReplayOptions {
     pub out: PathBuf,
     pub method: Method,
     pub settings: SettingsArgs,
+    /// What quell gets apart, of what the capture has.
+    pub split: Split,
 }
 
 /// Denoises every frame of a capture and writes the results. Returns the metrics where the capture has references.
@@ -41,7 +44,10 @@ pub fn replay(options: &ReplayOptions) -> Result<Option<QualityReport>> {
         upload(&gpu.device, &gpu.queue, &frame, gbuffer);
 
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let inputs = MethodFrame::new(gbuffer, info.camera(), info.restart, &settings);
+        let inputs = MethodFrame {
+            split: options.split,
+            ..MethodFrame::new(gbuffer, info.camera(), info.restart, &settings)
+        };
         let output = runner.encode(&gpu, &mut encoder, &inputs).with_context(|| format!("frame {i}"))?;
         gpu.queue.submit([encoder.finish()]);
 
@@ -49,7 +55,12 @@ pub fn replay(options: &ReplayOptions) -> Result<Option<QualityReport>> {
         image.write_exr(&options.out.join(format!("frame_{i:04}.exr")))?;
         image.write_png(&options.out.join(format!("frame_{i:04}.png")))?;
         quality.add_models(runner.models());
-        quality.add(i, image, frame.reference_image()).with_context(|| format!("metrics of frame {i}"))?;
+        let reference = frame.reference_image();
+        let reflective = match reference {
+            Some(_) => gbuffer.reflective(&gpu, header.far)?,
+            None => vec![],
+        };
+        quality.add(i, image, reference, &reflective).with_context(|| format!("metrics of frame {i}"))?;
         progress.inc(1);
     }
     progress.finish_and_clear();

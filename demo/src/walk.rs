@@ -1,10 +1,10 @@
 //! A walk through a scene: which frame shows what, and tracing it.
 
-use crate::gbuffer::GBuffer;
+use crate::gbuffer::{GBuffer, Split};
 use crate::gpu::Gpu;
 use crate::halton;
 use crate::image::ImageRgb;
-use crate::scene::{Scene, gallery, gltf};
+use crate::scene::{Scene, Shown, Tour, gallery, gltf};
 use crate::tracer::{FrameView, ReferenceImage, Sampling, TraceSettings, Tracer, camera_of};
 use anyhow::{Result, ensure};
 use std::path::{Path, PathBuf};
@@ -23,21 +23,28 @@ pub struct WalkOptions {
     pub start_s: f32,
     /// Samples per pixel, in the mean; above 0.
     pub spp: f32,
-    /// Where they go; with [`Sampling::Adaptive`] the first frame is sampled uniformly.
+    /// Where they go; with [`Sampling::Adaptive`] the frame after a cut is sampled uniformly.
     pub sampling: Sampling,
     pub seed: u32,
     /// Whether samples lie elsewhere in the pixel in every frame, and all over it in references.
     pub jitter: bool,
+    /// What is traced apart. It changes neither the paths nor combined radiance.
+    pub split: Split,
 }
 
-/// Loads a scene, or builds the gallery. Says on standard error what of a file is not shown.
-pub fn load_scene(path: Option<&Path>) -> Result<Scene> {
+/// Loads a scene, or builds the gallery's tour. Says on standard error what of a file is not shown.
+pub fn load_scene(path: Option<&Path>) -> Result<Tour> {
     let Some(path) = path else {
-        return Ok(gallery::gallery());
+        return Ok(gallery::tour());
     };
     let scene = gltf::load(path)?;
     scene.notes.iter().for_each(|note| eprintln!("note: {}: {note}", path.display()));
-    Ok(scene)
+    Ok(Tour::of(scene))
+}
+
+/// Scene time, or a tour's, of frame `index`.
+fn time_s(options: &WalkOptions, index: u32) -> f32 {
+    options.start_s + index as f32 / options.fps
 }
 
 /// Samples of a reference that go into one submit: drivers end work that takes seconds.
@@ -45,17 +52,18 @@ const REFERENCE_BATCH_SPP: u32 = 4;
 /// Keeps a reference's random numbers apart from those of the frames it is compared with.
 const REFERENCE_SEED: u32 = 0x5eed_0000;
 
-/// A scene on the GPU, and the images its frames are traced into.
+/// Scenes on the GPU, and the images their frames are traced into.
 #[derive(Debug)]
 pub struct Walk {
     options: WalkOptions,
-    scene: Scene,
-    tracer: Tracer,
+    tour: Tour,
+    /// One per part of the tour; none for those that no frame shows.
+    tracers: Vec<Option<Tracer>>,
     gbuffer: GBuffer,
 }
 
 impl Walk {
-    /// Loads the scene and uploads it.
+    /// Loads the scene and uploads what of it the walk's frames show.
     pub fn new(gpu: &Gpu, options: WalkOptions) -> Result<Self> {
         let largest = gpu.device.limits().max_texture_dimension_2d;
         let (width, height) = (options.width, options.height);
@@ -63,18 +71,31 @@ impl Walk {
             (1..=largest).contains(&width) && (1..=largest).contains(&height),
             "size {width}x{height}: both sides must be 1 to {largest} pixels"
         );
-        let scene = load_scene(options.scene.as_deref())?;
-        let tracer = Tracer::new(gpu, &scene)?;
-        let gbuffer = GBuffer::new(&gpu.device, width, height);
-        Ok(Self { options, scene, tracer, gbuffer })
-    }
-
-    pub fn scene(&self) -> &Scene {
-        &self.scene
+        let tour = load_scene(options.scene.as_deref())?;
+        let is_shown = |part| (0..options.frames).any(|index| tour.at(time_s(&options, index)).part == part);
+        let tracer = |(part, scene)| is_shown(part).then(|| Tracer::new(gpu, scene)).transpose();
+        let tracers = tour.scenes().enumerate().map(tracer).collect::<Result<_>>()?;
+        let gbuffer = GBuffer::with_split(&gpu.device, width, height, options.split);
+        Ok(Self { options, tour, tracers, gbuffer })
     }
 
     pub fn scene_name(&self) -> &str {
-        &self.scene.name
+        &self.tour.name
+    }
+
+    /// The scene that frame `index` shows, and its time there.
+    pub fn scene_at(&self, index: u32) -> (&Scene, f32) {
+        let Shown { part, time_s } = self.shown(index);
+        (self.tour.scene(part), time_s)
+    }
+
+    /// Whether frame `index` continues none: the first, and those where another scene begins.
+    pub fn is_cut(&self, index: u32) -> bool {
+        index == 0 || self.shown(index).part != self.shown(index - 1).part
+    }
+
+    fn shown(&self, index: u32) -> Shown {
+        self.tour.at(time_s(&self.options, index))
     }
 
     /// The images of the frame that was traced last.
@@ -85,8 +106,8 @@ impl Walk {
     /// What frame `index` shows.
     pub fn view(&self, index: u32) -> FrameView {
         let at = |index: u32| {
-            let time_s = self.options.start_s + index as f32 / self.options.fps;
-            let pose = self.scene.camera(time_s);
+            let (scene, time_s) = self.scene_at(index);
+            let pose = scene.camera(time_s);
             let mut camera = camera_of(&pose, self.options.width, self.options.height);
             if self.options.jitter {
                 camera.jitter_px = halton::jitter_px(index);
@@ -94,7 +115,15 @@ impl Walk {
             (camera, time_s)
         };
         let (camera, time_s) = at(index);
-        FrameView { camera, time_s, previous: index.checked_sub(1).map(at) }
+        let previous = (!self.is_cut(index)).then(|| at(index - 1));
+        FrameView { camera, time_s, previous }
+    }
+
+    /// The tracer of the scene that frame `index` shows.
+    ///
+    /// Panics for a frame outside the walk that shows a scene which no frame in it does.
+    fn tracer(&self, index: u32) -> &Tracer {
+        self.tracers[self.shown(index).part].as_ref().expect("the frame lies in the walk")
     }
 
     /// Records the tracing of frame `index` into [`gbuffer`](Self::gbuffer).
@@ -112,11 +141,11 @@ impl Walk {
         sampling: Sampling,
     ) {
         let seed = self.options.seed;
-        // In the first frame nobody has asked for anything yet.
-        let is_blind = index == 0 && sampling == Sampling::Adaptive;
+        // After a cut nobody has asked for anything yet.
+        let is_blind = self.is_cut(index) && sampling == Sampling::Adaptive;
         let sampling = if is_blind { Sampling::Uniform } else { sampling };
         let settings = TraceSettings { spp, sampling, seed, frame: index, ..TraceSettings::default() };
-        self.tracer.encode(gpu, encoder, &self.view(index), &settings, &self.gbuffer);
+        self.tracer(index).encode(gpu, encoder, &self.view(index), &settings, &self.gbuffer);
     }
 
     /// Frame `index` traced with `spp` samples per pixel, with jitter each elsewhere in the pixel. Waits for the GPU; `progress`
@@ -140,7 +169,7 @@ impl Walk {
                 ..TraceSettings::default()
             };
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            self.tracer.accumulate_reference(gpu, &mut encoder, &view, &settings, &image);
+            self.tracer(index).accumulate_reference(gpu, &mut encoder, &view, &settings, &image);
             gpu.queue.submit([encoder.finish()]);
             gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
             progress(batch);

@@ -4,20 +4,21 @@ use crate::gbuffer::GBuffer;
 use crate::gpu::Gpu;
 use crate::gpu_timer::GpuTimer;
 use crate::method::{Method, MethodFrame, MethodRunner, output_image};
-use crate::scene::Scene;
+use crate::scene::{Shown, Tour};
 use crate::tracer::{FrameView, ReferenceImage, Sampling, TraceSettings, Tracer, camera_of};
 use crate::window::{FrameImages, FrameRequest, FrameSource, ViewMode};
 use anyhow::Result;
 use quell::Camera;
 
-/// A scene that a window shows.
+/// Scenes that a window shows.
 pub struct Walkthrough {
-    scene: Scene,
-    tracer: Tracer,
+    tour: Tour,
+    /// One per part of the tour.
+    tracers: Vec<Tracer>,
     seed: u32,
     /// Pixels a frame may have; the window's image area is scaled down to it.
     most_pixels: f32,
-    time_s: f32,
+    shown: Shown,
     frame: u32,
     previous: Option<(Camera, f32)>,
     targets: Option<Targets>,
@@ -45,18 +46,31 @@ const CPU_PIXELS: f32 = 320.0 * 180.0;
 const GPU_PIXELS: f32 = 1920.0 * 1080.0;
 
 impl Walkthrough {
-    pub fn new(gpu: &Gpu, scene: Scene, seed: u32, start_s: f32) -> Result<Self> {
+    pub fn new(gpu: &Gpu, tour: Tour, seed: u32, start_s: f32) -> Result<Self> {
         let on_cpu = gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
         Ok(Self {
-            tracer: Tracer::new(gpu, &scene)?,
-            scene,
+            tracers: tour.scenes().map(|scene| Tracer::new(gpu, scene)).collect::<Result<_>>()?,
             seed,
             most_pixels: if on_cpu { CPU_PIXELS } else { GPU_PIXELS },
-            time_s: start_s,
+            shown: tour.at(start_s),
+            tour,
             frame: 0,
             previous: None,
             targets: None,
         })
+    }
+
+    /// Goes on in time. Who flies about stays in a scene, those who walk come to the next in time.
+    fn advance(&mut self, request: &FrameRequest<'_>) -> Shown {
+        let part = self.shown.part;
+        self.shown.time_s += request.time_step_s;
+        if request.free_view.is_none() {
+            self.shown = self.tour.at(self.tour.start_s(part) + self.shown.time_s);
+        }
+        if self.shown.part != part {
+            self.previous = None;
+        }
+        self.shown
     }
 
     fn render_size(&self, [width, height]: [u32; 2]) -> [u32; 2] {
@@ -95,10 +109,17 @@ impl FrameSource for Walkthrough {
     ) -> Result<FrameImages> {
         let size = self.render_size(request.area);
         let mut targets = self.targets(gpu, size)?;
-        self.time_s += request.time_step_s;
-        let mut camera = camera_of(&self.scene.camera(self.time_s), size[0], size[1]);
+        let Shown { part, time_s } = self.advance(request);
+        let tracer = &self.tracers[part];
+        let mut camera = camera_of(&self.tour.scene(part).camera(time_s), size[0], size[1]);
         camera.view_from_world = request.free_view.unwrap_or(camera.view_from_world);
-        let view = FrameView { camera, time_s: self.time_s, previous: self.previous };
+        let signals = request.view.signals;
+        if targets.gbuffer.split != signals {
+            // Only while the denoiser takes them: tracing apart costs time.
+            targets.gbuffer = GBuffer::with_split(&gpu.device, size[0], size[1], signals);
+            targets.sample_map_is_new = false;
+        }
+        let view = FrameView { camera, time_s, previous: self.previous };
         let (spp, sampling) = (request.view.spp, request.view.sampling);
         let is_adaptive = sampling == Sampling::Adaptive;
         let settings = TraceSettings {
@@ -110,7 +131,7 @@ impl FrameSource for Walkthrough {
             ..TraceSettings::default()
         };
         let timestamps = timer.reserve(&["path tracer"]);
-        self.tracer.encode_timed(gpu, encoder, &view, &settings, &targets.gbuffer, timestamps);
+        tracer.encode_timed(gpu, encoder, &view, &settings, &targets.gbuffer, timestamps);
 
         let restart = request.restart || self.previous.is_none();
         let denoiser_settings = &request.view.settings;
@@ -136,14 +157,14 @@ impl FrameSource for Walkthrough {
         targets.rival_followed = shows_rival;
         let shows_reference = request.view.shows(ViewMode::Reference);
         if shows_reference {
-            let shown = Some((camera, self.time_s));
+            let shown = Some((camera, time_s));
             if targets.reference_view != shown {
                 targets.reference.clear();
                 targets.reference_view = shown;
             }
             let settings =
                 TraceSettings { seed: !self.seed, spp: 1.0, sampling: Sampling::Uniform, ..settings };
-            self.tracer.accumulate_reference(gpu, encoder, &view, &settings, &targets.reference);
+            tracer.accumulate_reference(gpu, encoder, &view, &settings, &targets.reference);
         }
         let images = FrameImages {
             noisy: Some(targets.gbuffer.radiance.clone()),
@@ -153,14 +174,14 @@ impl FrameSource for Walkthrough {
             debug: debug.map(|(_, view)| view.clone()),
             view_from_world: camera.view_from_world,
             status: status(
-                &self.scene.name,
+                &self.tour.name,
                 size,
-                self.time_s,
+                self.tour.start_s(part) + time_s,
                 targets.quell.models(),
                 shows_reference.then(|| targets.reference.samples()),
             ),
         };
-        self.previous = Some((camera, self.time_s));
+        self.previous = Some((camera, time_s));
         self.frame = self.frame.wrapping_add(1);
         self.targets = Some(targets);
         Ok(images)

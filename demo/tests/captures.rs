@@ -15,7 +15,7 @@ use quell_demo::capture::{
 use quell_demo::gpu::Gpu;
 use serde_json::json;
 use std::path::{Path, PathBuf};
-use synthetic::{HEIGHT, WIDTH, edit_channels, edit_manifest, frame, header, info};
+use synthetic::{HEIGHT, WIDTH, edit_channels, edit_manifest, frame, header, info, split_frame};
 use tempfile::TempDir;
 
 fn capture(frames: usize) -> TempDir {
@@ -71,6 +71,36 @@ fn a_capture_comes_back_as_it_was_written() {
 }
 
 #[test]
+fn split_images_come_back_as_far_as_they_are_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let distances_alone = |i| Frame { hit_distance: split_frame(i).hit_distance, ..frame(i) };
+    let without_albedo = |i| Frame { specular_albedo: None, hit_distance: None, ..split_frame(i) };
+    let written = [split_frame(0), frame(1), distances_alone(2), without_albedo(3)];
+    synthetic::write_each(folder.path(), written.len(), |i| written[i].clone());
+    let capture = CaptureReader::open(folder.path()).unwrap();
+    for (i, written) in written.iter().enumerate() {
+        let read = capture.read(i).unwrap();
+        assert_eq!(read.radiance, written.radiance);
+        assert_eq!(read.specular, written.specular);
+        assert_eq!(read.specular_albedo, written.specular_albedo, "exact in half precision");
+        assert_eq!(read.hit_distance, written.hit_distance, "infinity too");
+    }
+}
+
+#[test]
+fn a_specular_albedo_alone_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    synthetic::write_each(folder.path(), 1, split_frame);
+    edit_channels(&first_file(&folder), |channels| {
+        channels.retain(|(name, _)| !name.starts_with("specular."));
+    });
+    assert_mentions(&error_of(&folder), &["frame_0000.exr", "has `specular_albedo` but no `specular`"]);
+    let mut writer = writer(folder.path(), true).unwrap();
+    let error = writer.write_frame(&Frame { specular: None, ..split_frame(0) }, &info()).unwrap_err();
+    assert!(matches!(error, CaptureError::Alone { .. }), "{error}");
+}
+
+#[test]
 fn optional_images_may_be_missing_and_invalid_radiance_survives() {
     let folder = tempfile::tempdir().unwrap();
     let mut written = Frame::new(WIDTH, HEIGHT);
@@ -92,17 +122,23 @@ fn optional_images_may_be_missing_and_invalid_radiance_survives() {
 #[test]
 fn frames_survive_the_way_to_the_gpu_and_back() {
     let gpu = Gpu::new().expect("tests need a Vulkan driver");
-    for with_z in [true, false] {
-        let mut written = frame(1);
+    // One set of images for all, as frames of a capture may differ in what they have.
+    let mut gbuffer = gbuffer_for(&gpu.device, &frame(0));
+    for (with_z, is_split) in [(true, false), (false, true), (false, false), (true, true)] {
+        let mut written = if is_split { split_frame(1) } else { frame(1) };
         written.reference = None;
         // Exact in half precision.
         written.albedo.iter_mut().for_each(|albedo| *albedo = albedo.map(|a| f16::from_f32(a).to_f32()));
         if !with_z {
             written.motion_depth = None;
         }
-        let mut gbuffer = gbuffer_for(&gpu.device, &frame(0));
         upload(&gpu.device, &gpu.queue, &written, &mut gbuffer);
-        assert_eq!(download(&gpu, &gbuffer).unwrap(), written, "with motion.Z: {with_z}");
+        let read = download(&gpu, &gbuffer).unwrap();
+        assert_eq!(read, written, "with motion.Z: {with_z}, split: {is_split}");
+        let whole: Vec<[f32; 4]> =
+            bytemuck::pod_collect_to_vec(&gpu.read_texture(gbuffer.radiance.texture()).unwrap());
+        let whole: Vec<[f32; 3]> = whole.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+        assert_eq!(whole, written.combined_radiance(), "what is not told apart gets the sum");
     }
 }
 
@@ -277,8 +313,10 @@ fn each_mistake_in_a_frame_is_named() {
 
     let needed = ["radiance.G", "albedo.B", "normal.X", "depth.Z", "motion.Y"];
     // An optional group with a hole in it is a mistake as well.
-    for gone in needed.into_iter().chain(["emission.G", "reference.R"]) {
-        let folder = capture(1);
+    let optional = ["emission.G", "reference.R", "specular.B", "specular_albedo.R"];
+    for gone in needed.into_iter().chain(optional) {
+        let folder = tempfile::tempdir().unwrap();
+        synthetic::write_each(folder.path(), 1, split_frame);
         edit_channels(&first_file(&folder), |channels| channels.retain(|(name, _)| name != gone));
         let channel = format!("channel `{gone}` is missing");
         assert_mentions(&error_of(&folder), &["frame_0000.exr", &channel, "radiance.R"]);
@@ -365,6 +403,9 @@ fn the_writer_refuses_what_the_reader_would() {
     let mut short = frame(0);
     short.surface_id.as_mut().unwrap().pop();
     assert_mentions(&write(&short, &info()), &["`surface_id` has 383 pixels, expected 384"]);
+    let mut short = split_frame(0);
+    short.hit_distance.as_mut().unwrap().pop();
+    assert_mentions(&write(&short, &info()), &["`hit_distance` has 383 pixels, expected 384"]);
     let singular = FrameInfo { projection: Mat4::ZERO, ..info() };
     assert_mentions(&write(&frame(0), &singular), &["`projection` cannot be inverted"]);
 }

@@ -5,6 +5,7 @@ mod synthetic;
 
 use binary::{assert_fails, demo};
 use exr::prelude::FlatSamples;
+use quell_demo::capture::Frame;
 use quell_demo::image::ImageRgb;
 use std::path::Path;
 use std::process::Output;
@@ -31,6 +32,9 @@ fn wrong_arguments_are_explained() {
         &["--max-history", "1..=1024"],
     );
     assert_fails(&demo(&["replay", "x"]), 2, &["--out"]);
+    let replay_as = |split: &[&str]| demo(&[&["replay", "x", "--out", "y"], split].concat());
+    assert_fails(&replay_as(&["--split", "half"]), 2, &["half", "full", "hit-distance", "none"]);
+    assert_fails(&replay_as(&["--no-split", "--split", "full"]), 2, &["--no-split", "--split"]);
 }
 
 #[test]
@@ -48,6 +52,13 @@ fn broken_captures_are_explained() {
     });
     let parts = ["frame_0000.exr", "`albedo.R` is missing", "albedo.red"];
     assert_fails(&replay(&capture, &out, "none"), 1, &parts);
+
+    let unsplit = folder.path().join("unsplit");
+    synthetic::write_each(&unsplit, 1, synthetic::split_frame);
+    edit_channels(&unsplit.join("frame_0000.exr"), |channels| {
+        channels.retain(|(name, _)| !name.starts_with("specular."));
+    });
+    assert_fails(&replay(&unsplit, &out, "none"), 1, &["has `specular_albedo` but no `specular`"]);
 
     std::fs::write(capture.join("capture.json"), "{ \"version\": 1, ").unwrap();
     assert_fails(&replay(&capture, &out, "none"), 1, &["capture.json", "not a valid capture", "EOF"]);
@@ -122,4 +133,51 @@ fn without_references_there_are_no_metrics() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(out.join("frame_0000.png").exists());
     assert!(!out.join("metrics.json").exists(), "metrics of other images must not stay");
+}
+
+/// Images that a replay of 4 frames wrote.
+fn replayed(capture: &Path, out: &Path, options: &[&str]) -> Vec<ImageRgb> {
+    let paths = ["replay", capture.to_str().unwrap(), "--out", out.to_str().unwrap()];
+    let output = demo(&[&paths, options].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    (0..4).map(|i| ImageRgb::read_exr(&out.join(format!("frame_{i:04}.exr"))).unwrap()).collect()
+}
+
+#[test]
+fn a_split_capture_is_replayed_split_or_combined() {
+    let folder = tempfile::tempdir().unwrap();
+    let [split, whole, out] = ["split", "whole", "out"].map(|name| folder.path().join(name));
+    synthetic::write_each(&split, 4, synthetic::split_frame);
+    synthetic::write_each(&whole, 4, |i| {
+        let frame = synthetic::split_frame(i);
+        let radiance = frame.combined_radiance();
+        Frame { radiance, specular: None, specular_albedo: None, hit_distance: None, ..frame }
+    });
+    let combined = replayed(&whole, &out, &[]);
+    assert_eq!(replayed(&split, &out, &["--no-split"]), combined);
+    assert_eq!(replayed(&split, &out, &["--split", "none"]), combined);
+    assert_ne!(replayed(&split, &out, &["--split", "full"]), combined);
+    assert_eq!(replayed(&split, &out, &["--method", "svgf"]), replayed(&whole, &out, &["--method", "svgf"]));
+}
+
+#[test]
+fn reflective_surfaces_are_measured_where_there_are_any() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let mean = |name: &str, roughness: f32| {
+        let capture = folder.path().join(name);
+        synthetic::write_each(&capture, 1, |i| {
+            let frame = synthetic::frame(i);
+            Frame { roughness: Some(vec![roughness; frame.depth.len()]), ..frame }
+        });
+        assert!(replay(&capture, &out, "none").status.success());
+        let json = std::fs::read_to_string(out.join("metrics.json")).unwrap();
+        serde_json::from_str::<serde_json::Value>(&json).unwrap()["mean"].clone()
+    };
+    assert!(mean("rough", 0.5).get("reflective_psnr_db").is_none());
+    // All but the sky, which is exact: the same error over fewer pixels.
+    let [all, reflective] =
+        ["psnr_db", "reflective_psnr_db"].map(|key| mean(key, 0.25)[key].as_f64().unwrap());
+    let share = f64::from(HEIGHT - synthetic::SKY) / f64::from(HEIGHT);
+    assert!((all - reflective + 10.0 * share.log10()).abs() < 0.01, "{all} {reflective}");
 }

@@ -7,7 +7,7 @@ use quell_demo::capture::{Frame, gbuffer_for, upload};
 use quell_demo::gpu::Gpu;
 use quell_demo::image::ImageRgb;
 use quell_demo::method::{Method, MethodFrame, MethodRunner};
-use synthetic::{FAR, HEIGHT, SKY, WIDTH, frame, info};
+use synthetic::{FAR, HEIGHT, SKY, WIDTH, frame, info, split_frame};
 
 fn gpu() -> Gpu {
     Gpu::new().expect("tests need a Vulkan driver; Mesa's works without a GPU (mesa-vulkan-drivers)")
@@ -108,4 +108,19 @@ fn invalid_radiance_is_repaired_and_untraced_pixels_keep_their_history() {
     assert_pixel(out[1].pixels[invalid], [0.0; 3]);
     let out = run(&gpu, Method::Accumulate, &frames, &[], 32.0);
     assert_pixel(out[2].pixels[untraced], mean(&frames[..2], std::iter::repeat(untraced)));
+}
+
+#[test]
+fn all_but_quell_get_the_sum_of_a_split_frame() {
+    let gpu = gpu();
+    // Parts that sum to a frame's radiance to the last bit.
+    let frames: Vec<Frame> = (0..3).map(split_frame).collect();
+    let whole: Vec<Frame> =
+        (0..3).map(|i| Frame { radiance: frames[i].combined_radiance(), ..frame(i) }).collect();
+    for method in [Method::None, Method::Accumulate, Method::Svgf, Method::Bmfr] {
+        let [split, whole] = [&frames, &whole].map(|frames| run(&gpu, method, frames, &[0], 32.0));
+        assert_eq!(split, whole, "{}", method.name());
+    }
+    let [split, whole] = [&frames, &whole].map(|frames| run(&gpu, Method::Quell, frames, &[0], 32.0));
+    assert_ne!(split, whole, "quell gets the two apart");
 }

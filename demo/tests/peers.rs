@@ -15,6 +15,11 @@ fn assert_near(found: f32, expected: f32, tolerance: f32) {
     assert!((found - expected).abs() <= tolerance, "{found} for {expected}");
 }
 
+/// What light is multiplied by where it becomes radiance.
+fn demodulator(albedo: f32) -> f32 {
+    0.1 + 0.9 * albedo
+}
+
 fn grey(frame: &mut Frame, value: impl Fn(usize) -> f32) {
     for (i, radiance) in frame.radiance.iter_mut().enumerate() {
         *radiance = [value(i); 3];
@@ -29,7 +34,7 @@ fn constant_light_without_noise_comes_back_exactly() {
     for (i, albedo) in frame.albedo.iter_mut().enumerate() {
         *albedo = [0, 1, 2].map(|c| 0.1 + 0.8 * noise(9, i, c));
         emission[i] = [0.0, 0.25, 0.0];
-        frame.radiance[i] = [0, 1, 2].map(|c| 0.7 * albedo[c] + emission[i][c]);
+        frame.radiance[i] = [0, 1, 2].map(|c| 0.7 * demodulator(albedo[c]) + emission[i][c]);
     }
     let images = Sequence::of(&gpu, Method::Svgf).run(&vec![frame.clone(); 6]);
     for image in &images {
@@ -213,6 +218,7 @@ fn errors_fall_over_frames_of_a_still_noisy_view() {
 /// A view of two by two blocks whose light is of the first and second order in the features, everywhere the same.
 fn polynomial(amplitude: f32) -> (Frame, Vec<[f32; 3]>) {
     let mut frame = wall(64, 64);
+    frame.albedo.fill([1.0; 3]); // radiance is the signal, without rounding
     let mut truth = Vec::new();
     for i in 0..frame.radiance.len() {
         let (x, y) = ((i % 64) as f32, (i / 64) as f32);
@@ -246,7 +252,7 @@ fn bmfr_reproduces_what_its_features_express() {
     let (frame, truth) = polynomial(0.5);
     let fitted = one_fit.run(&[frame]).pop().unwrap();
     let error = rms(&fitted, |i| truth[i]);
-    // Ten coefficients from 1024 samples leave sqrt(10 / 1024) of the noise, of which albedo shows a half.
+    // Ten coefficients from 1024 samples leave sqrt(10 / 1024) of the noise.
     let noise = 0.5 * 0.5 / 3f32.sqrt() * (10.0f32 / 1024.0).sqrt();
     assert!((0.7 * noise..1.2 * noise).contains(&error), "{error} for {noise}");
 }
@@ -256,7 +262,8 @@ fn bmfr_moves_its_blocks_from_frame_to_frame() {
     let gpu = gpu();
     // An edge of light that no feature knows.
     let mut frame = wall(80, 70);
-    grey(&mut frame, |i| if i % 80 > 31 { 0.5 } else { 0.1 });
+    let [dark, bright] = [0.2, 1.0].map(|light| light * demodulator(0.5));
+    grey(&mut frame, |i| if i % 80 > 31 { bright } else { dark });
     let one_fit = Sequence { max_history: 1.0, ..Sequence::of(&gpu, Method::Bmfr) };
     let images = one_fit.run(&vec![frame; 17]);
     for i in 1..16 {
@@ -265,8 +272,8 @@ fn bmfr_moves_its_blocks_from_frame_to_frame() {
     }
     assert_eq!(images[16], images[0], "the sequence of offsets repeats");
     // Column 31 begins a block in the first frame, which thus has the edge exactly.
-    assert_near(images[0].pixels[31][0], 0.1, 1e-3);
-    assert_near(images[0].pixels[32][0], 0.5, 1e-3);
+    assert_near(images[0].pixels[31][0], dark, 1e-3);
+    assert_near(images[0].pixels[32][0], bright, 1e-3);
 }
 
 #[test]

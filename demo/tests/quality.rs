@@ -1,5 +1,6 @@
 //! Quality on the path tracer's own frames: the gallery at one sample per pixel, against a converged trace.
 
+use quell_demo::gbuffer::Split;
 use quell_demo::gpu::Gpu;
 use quell_demo::image::ImageRgb;
 use quell_demo::method::{Method, MethodFrame, MethodRunner};
@@ -26,6 +27,7 @@ fn quell_and_the_peers_beat_accumulation_on_a_traced_walk() {
         sampling: Sampling::Uniform,
         seed: 0,
         jitter: false,
+        split: Split::default(),
     };
     let walk = Walk::new(&gpu, options).unwrap();
     let settings = quell::Settings::default();

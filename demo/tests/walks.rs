@@ -4,6 +4,7 @@ mod binary;
 
 use binary::{assert_fails, assert_succeeds, command, demo};
 use image::RgbImage;
+use quell_demo::capture::{CaptureReader, Frame};
 use std::path::Path;
 use std::process::Output;
 
@@ -80,6 +81,29 @@ fn render_and_record_leave_the_same_walk() {
         let other = frame_png(&at("render/denoised"), (i + 1) % FRAMES);
         assert!(mean_difference(&other, &rendered) > 0.5, "frame {i}");
     }
+}
+
+#[test]
+fn record_leaves_what_the_split_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let recorded = |name: &str, options: &[&str]| {
+        let out = folder.path().join(name);
+        assert_succeeds(&walk("record", &out, options));
+        CaptureReader::open(&out).unwrap().read(FRAMES - 1).unwrap()
+    };
+    let [full, distances, combined] = [
+        ("full", &["--split", "full"][..]),
+        ("distances", &["--split", "hit-distance"]),
+        ("none", &["--no-split"]),
+    ]
+    .map(|(name, options)| recorded(name, options));
+    assert!(full.specular.is_some() && full.specular_albedo.is_some() && full.hit_distance.is_some());
+    assert!(distances.specular.is_none() && distances.specular_albedo.is_none());
+    assert_eq!(distances, Frame { hit_distance: full.hit_distance.clone(), ..combined.clone() });
+    let sums = full.combined_radiance();
+    let pairs = sums.iter().flatten().zip(combined.radiance.iter().flatten());
+    // Some tens of roundings, of parts and of their sum.
+    pairs.for_each(|(sum, &whole)| assert!((sum - whole).abs() <= 1e-5 * (1.0 + whole), "{sum} for {whole}"));
 }
 
 fn check_metrics(path: &Path) {
@@ -165,6 +189,20 @@ fn jitter_and_antialiasing_change_what_they_say() {
     let alone = walk("render", folder.path(), &["--antialias"]);
     assert_fails(&alone, 2, &["--jitter", "required", "not provided"]);
     assert_fails(&walk("record", folder.path(), &["--antialias"]), 2, &["--antialias"]);
+}
+
+#[test]
+fn history_ends_where_the_tour_goes_on_in_another_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let capture = folder.path().join("capture");
+    // Frames at 23, 23.5, 24 and 24.5 s.
+    let times = ["--frames", "4", "--fps", "2", "--start", "23"];
+    let out = ["--size", "16x9", "--out", capture.to_str().unwrap()];
+    assert_succeeds(&demo(&[&["record"], &times[..], &out].concat()));
+    let json = std::fs::read_to_string(capture.join("capture.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let restarts: Vec<_> = json["frames"].as_array().unwrap().iter().map(|frame| &frame["restart"]).collect();
+    assert_eq!(restarts, [true, false, true, false]);
 }
 
 #[test]

@@ -11,19 +11,28 @@ const COLUMNS = FEATURES + CHANNELS;
 const SQUARES = COLUMNS * (COLUMNS + 1u) / 2u; // upper triangle, row by row
 
 //  0..2  world normal
-//  3..5  world position relative to the eye
-//  6     1/albedo
+//  3..5  world position relative to the eye; of the specular signal, of what is reflected
+//  6     1/albedo; of the specular signal, how near what it reflects is
 //  7     surface id, hashed: where a window holds two surfaces, each gets a level of its own
 //  8     roughness
 fn surface_features(s: Surface, position: vec3<f32>) -> array<f32, SURFACE_FEATURES> {
+    var seen = position;
+    if IS_SPECULAR {
+        // What a mirror shows is as smooth as what is reflected.
+        let eye = towards_eye(frame.current, position);
+        let hit_distance = ray_length(frame.current, position) * (1.0 / max(s.cue, LEAST_CUE) - 1.0);
+        seen += reflect(-eye, s.normal) * hit_distance;
+    }
     return array(
         s.normal.x, s.normal.y, s.normal.z,
-        position.x, position.y, position.z,
-        s.inverse_albedo,
+        seen.x, seen.y, seen.z,
+        s.cue,
         f32(s.id) * (2.0 / f32(IDS - 1u)) - 1.0,
         s.roughness,
     );
 }
+
+const LEAST_CUE = 0.0625; // beyond it, the code's steps would be steps of the position
 
 // The least standard deviation over a window that still counts as variation, per feature. `depth` is the window's.
 fn feature_floor(feature: u32, depth: f32) -> f32 {

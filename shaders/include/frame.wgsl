@@ -54,6 +54,13 @@ const FLAG_INNOVATION = 128u;   // relight the history
 const FLAG_SHOW_MIX = 256u;     // a debug view shows the mix weight
 const FLAG_ERROR = 512u;        // somebody asks for the output's expected error
 const FLAG_LIMITED = 1024u;     // no more than model_limit models are fitted
+const FLAG_SPLIT = 2048u;       // the radiance that left through the specular lobe is a signal of its own
+const FLAG_SPECULAR_ALBEDO = 4096u;
+const FLAG_HIT_DISTANCE = 8192u;
+
+// Whether the pass works on the radiance that left the first hit through the specular lobe. Compiled apart, so that it costs
+// nothing where there is one signal.
+override IS_SPECULAR = false;
 
 const LEVELS = 3u;
 const TILE = 8u; // pixels on a side; the unit of which windows are made
@@ -91,6 +98,12 @@ fn project(view: View, position: vec3<f32>) -> vec3<f32> {
 fn towards_eye(view: View, position: vec3<f32>) -> vec3<f32> {
     let parallel = (vec4(0.0, 0.0, 1.0, 0.0) * view.view_from_world).xyz;
     return select(parallel, -position / max(length(position), 1e-20), view.perspective > 0.0);
+}
+
+// Length of the view ray to an eye-relative position.
+fn ray_length(view: View, position: vec3<f32>) -> f32 {
+    let parallel = -(view.view_from_world * vec4(position, 0.0)).z;
+    return select(parallel, length(position), view.perspective > 0.0);
 }
 
 const LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // ITU-R BT.709

@@ -9,14 +9,15 @@ fn read_surface(pixel: vec2<u32>) -> Surface {
     let d = textureLoad(depth, pixel, 0).x;
     let hit = is_finite(d) && d > 0.0 && d < min(frame.far, LARGEST_DEPTH);
     let shading = textureLoad(normal_roughness, pixel, 0);
-    let reflectance = demodulator(textureLoad(albedo, pixel, 0).rgb);
     var s: Surface;
     s.depth = select(0.0, d, hit);
     s.normal = repair_normal(shading.xyz);
-    s.inverse_albedo = 0.1 / luminance(reflectance);
     s.roughness = select(1.0, saturate(shading.w), is_finite(shading.w));
     if has(frame, FLAG_SURFACE_ID) {
         s.id = pcg(textureLoad(surface_id, pixel, 0).x) % IDS;
+    }
+    if !has(frame, FLAG_SPLIT) {
+        s.cue = 0.1 / luminance(demodulator(textureLoad(albedo, pixel, 0).rgb));
     }
     return s;
 }
@@ -45,11 +46,14 @@ fn read_sample(pixel: vec2<u32>, surface: Surface) -> Sample {
     if has(frame, FLAG_EMISSION) {
         seen = max(seen - repair_emission(textureLoad(emission, pixel, 0).rgb), vec3(0.0));
     }
-    return Sample(seen / demodulator(textureLoad(albedo, pixel, 0).rgb), count);
+    return Sample(seen / demodulator_at(pixel, surface), count);
 }
 
-// What a miss shows.
+// What a miss shows; the specular signal is black there.
 fn read_miss(pixel: vec2<u32>) -> vec3<f32> {
+    if IS_SPECULAR {
+        return vec3(0.0);
+    }
     let seen = textureLoad(radiance, pixel, 0).rgb;
     return clamp(select(vec3(0.0), seen, all_finite(seen)), vec3(0.0), vec3(HALF_MAX));
 }

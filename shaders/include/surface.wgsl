@@ -3,7 +3,7 @@
 struct Surface {
     normal: vec3<f32>,
     depth: f32,            // linear view depth; 0 is a miss
-    inverse_albedo: f32,   // q = 0.1 / luminance of the demodulator
+    cue: f32,              // 0.1 / luminance of the demodulator; of the specular signal, how near what it reflects is (include/reflection)
     roughness: f32,
     id: u32,               // hashed to 10 bits
 }
@@ -22,27 +22,26 @@ fn octahedral_decode(e: vec2<f32>) -> vec3<f32> {
     return normalize(vec3(select(e, folded, z < 0.0), z));
 }
 
-const LARGEST_INVERSE_ALBEDO = 1.0; // 0.1 over the least demodulator
 const IDS = 1024u;                  // that are told apart
 
-// Bits of the two words, from the lowest: normal 11 + 11, id 10; roughness 5, 1/albedo 7, depth 20.
+// Bits of the two words, from the lowest: normal 11 + 11, id 10; roughness 5, cue 7, depth 20.
 fn pack_surface(s: Surface) -> vec2<u32> {
     let normal = vec2<u32>(vec2<i32>(round(octahedral_encode(s.normal) * 1023.0)) + 1023);
     let roughness = u32(round(s.roughness * 31.0));
-    let material = u32(round(sqrt(saturate(s.inverse_albedo / LARGEST_INVERSE_ALBEDO)) * 127.0));
+    let cue = u32(round(sqrt(saturate(s.cue)) * 127.0));
     return vec2(
         normal.x | (normal.y << 11u) | (s.id << 22u),
-        roughness | (material << 5u) | (pack_depth(s.depth) << 12u),
+        roughness | (cue << 5u) | (pack_depth(s.depth) << 12u),
     );
 }
 
 fn unpack_surface(words: vec2<u32>) -> Surface {
     let normal = vec2<i32>(vec2(words.x & 2047u, (words.x >> 11u) & 2047u)) - 1023;
-    let material = f32((words.y >> 5u) & 127u) / 127.0;
+    let cue = f32((words.y >> 5u) & 127u) / 127.0;
     return Surface(
         octahedral_decode(vec2<f32>(normal) / 1023.0),
         unpack_depth(words.y >> 12u),
-        material * material * LARGEST_INVERSE_ALBEDO,
+        cue * cue,
         f32(words.y & 31u) / 31.0,
         words.x >> 22u,
     );

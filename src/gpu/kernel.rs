@@ -41,8 +41,11 @@ pub struct KernelDescriptor {
     pub covers: [u32; 2],
 }
 
+/// What the WGSL's overridable constants are for the specular signal.
+pub const SPECULAR: [(&str, f64); 1] = [("IS_SPECULAR", 1.0)];
+
 /// A compiled pass.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Kernel {
     descriptor: &'static KernelDescriptor,
     layout: wgpu::BindGroupLayout,
@@ -60,11 +63,26 @@ pub struct Recorder<'a> {
     pub frame: &'a wgpu::Buffer,
     /// Where passes are timed, if they are.
     pub timestamps: Option<Timestamps<'a>>,
+    /// Whether the passes work on the specular signal.
+    pub is_specular: bool,
 }
 
 impl Kernel {
     /// Compiles a pass.
     pub fn new(device: &wgpu::Device, descriptor: &'static KernelDescriptor) -> Self {
+        Self::compile(device, descriptor, &[])
+    }
+
+    /// Compiles a pass for the specular signal.
+    pub fn specular(device: &wgpu::Device, descriptor: &'static KernelDescriptor) -> Self {
+        Self::compile(device, descriptor, &SPECULAR)
+    }
+
+    fn compile(
+        device: &wgpu::Device,
+        descriptor: &'static KernelDescriptor,
+        constants: &[(&str, f64)],
+    ) -> Self {
         let name = Some(descriptor.name);
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: name,
@@ -83,7 +101,10 @@ impl Kernel {
             layout: Some(&pipeline_layout),
             module: &module,
             entry_point: name,
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants,
+                ..wgpu::PipelineCompilationOptions::default()
+            },
             cache: None,
         });
         Self { descriptor, layout, pipeline }
@@ -140,18 +161,24 @@ impl Recorder<'_> {
         }
     }
 
-    /// Begins the compute pass of one of [`PASSES`](crate::PASSES), timed where the caller wants it.
+    /// Begins the compute pass of a kernel, one of [`PASSES`](crate::PASSES), timed where the caller wants it.
     pub fn begin_pass(&mut self, name: &str) -> wgpu::ComputePass<'_> {
+        let place = crate::PASSES.iter().position(|pass| *pass == name).unwrap_or_default();
+        let index = if self.is_specular && place < crate::SIGNAL_PASSES {
+            place + crate::SIGNAL_PASSES
+        } else {
+            place
+        };
         let timestamp_writes = self.timestamps.map(|timestamps| {
-            let index = crate::PASSES.iter().position(|pass| *pass == name);
-            let first = timestamps.first_query + 2 * index.unwrap_or_default() as u32;
+            let first = timestamps.first_query + 2 * index as u32;
             wgpu::ComputePassTimestampWrites {
                 query_set: timestamps.query_set,
                 beginning_of_pass_write_index: Some(first),
                 end_of_pass_write_index: Some(first + 1),
             }
         });
-        self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(name), timestamp_writes })
+        let label = Some(crate::PASSES[index]);
+        self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label, timestamp_writes })
     }
 }
 

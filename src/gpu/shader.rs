@@ -1,12 +1,14 @@
 //! Joins a pass's WGSL with the includes that it names in `//!include a b c`.
 
-const INCLUDES: [(&str, &str); 20] = [
+const INCLUDES: [(&str, &str); 22] = [
     ("frame", include_str!("../../shaders/include/frame.wgsl")),
     ("numbers", include_str!("../../shaders/include/numbers.wgsl")),
     ("noise", include_str!("../../shaders/include/noise.wgsl")),
     ("surface", include_str!("../../shaders/include/surface.wgsl")),
     ("signal", include_str!("../../shaders/include/signal.wgsl")),
     ("inputs", include_str!("../../shaders/include/inputs.wgsl")),
+    ("reflection", include_str!("../../shaders/include/reflection.wgsl")),
+    ("memory", include_str!("../../shaders/include/memory.wgsl")),
     ("demodulate", include_str!("../../shaders/include/demodulate.wgsl")),
     ("features", include_str!("../../shaders/include/features.wgsl")),
     ("tile_moments", include_str!("../../shaders/include/tile_moments.wgsl")),

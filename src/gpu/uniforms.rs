@@ -19,6 +19,9 @@ pub mod flags {
     pub const SHOW_MIX: u32 = 256;
     pub const ERROR: u32 = 512;
     pub const LIMITED: u32 = 1024;
+    pub const SPLIT: u32 = 2048;
+    pub const SPECULAR_ALBEDO: u32 = 4096;
+    pub const HIT_DISTANCE: u32 = 8192;
 }
 
 /// WGSL `View`.

@@ -48,6 +48,11 @@ impl Accumulate {
         Self(Kernel::new(device, &DESCRIPTOR))
     }
 
+    /// Compiles the pass for the specular signal.
+    pub fn specular(device: &wgpu::Device) -> Self {
+        Self(Kernel::specular(device, &DESCRIPTOR))
+    }
+
     /// Records the pass over `extent` pixels.
     pub fn record(&self, recorder: &mut Recorder<'_>, views: &AccumulateViews<'_>, extent: [u32; 2]) {
         let resources = [

@@ -15,6 +15,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("noise", Kind::TextureUint),
         ("albedo", Kind::Texture),
         ("emission", Kind::Texture),
+        ("rest", Kind::Texture),
         ("output", Kind::Storage(TextureFormat::Rgba16Float)),
         ("error", Kind::Storage(TextureFormat::R32Uint)),
         ("mix_weight", Kind::Storage(TextureFormat::R32Uint)),
@@ -33,6 +34,7 @@ pub struct ComposeViews<'a> {
     pub noise: &'a TextureView,
     pub albedo: &'a TextureView,
     pub emission: &'a TextureView,
+    pub rest: &'a TextureView,
     pub output: &'a TextureView,
     pub error: &'a TextureView,
     pub mix_weight: &'a TextureView,
@@ -48,6 +50,11 @@ impl Compose {
         Self(Kernel::new(device, &DESCRIPTOR))
     }
 
+    /// Compiles the pass for the specular signal.
+    pub fn specular(device: &wgpu::Device) -> Self {
+        Self(Kernel::specular(device, &DESCRIPTOR))
+    }
+
     /// Records the pass over `extent` pixels.
     pub fn record(&self, recorder: &mut Recorder<'_>, views: &ComposeViews<'_>, extent: [u32; 2]) {
         let resources = [
@@ -57,6 +64,7 @@ impl Compose {
             BindingResource::TextureView(views.noise),
             BindingResource::TextureView(views.albedo),
             BindingResource::TextureView(views.emission),
+            BindingResource::TextureView(views.rest),
             BindingResource::TextureView(views.output),
             BindingResource::TextureView(views.error),
             BindingResource::TextureView(views.mix_weight),

@@ -41,7 +41,7 @@ pub struct FitViews<'a> {
 
 /// The pass: for each level, a dispatch that lists centres and one that fits their models. Under a budget, two list the centres
 /// of all levels but the coarsest.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Fit {
     centres: Kernel,
     gains: Kernel,

@@ -21,7 +21,7 @@ pub struct InnovationViews<'a> {
 }
 
 /// The pass.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Innovation(Kernel);
 
 impl Innovation {

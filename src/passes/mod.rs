@@ -15,6 +15,7 @@ pub mod sample_map;
 pub mod sample_rate;
 
 use crate::gpu::KernelDescriptor;
+use std::sync::OnceLock;
 
 /// All kernels in the order they run; `centres`, `gains` and `choose` run within the pass `fit`, `sample_gains` and `sample_rate`
 /// within `sample_map`.
@@ -34,31 +35,58 @@ pub const ALL: [&KernelDescriptor; 13] = [
     &debug_view::DESCRIPTOR,
 ];
 
-/// All passes, compiled. Immutable: denoisers of several cameras can share one set.
+/// The kernels that are compiled anew for the specular signal.
+pub const SPECULAR: [&KernelDescriptor; 4] =
+    [&reproject::DESCRIPTOR, &accumulate::DESCRIPTOR, &predict::DESCRIPTOR, &compose::DESCRIPTOR];
+
+/// All passes, compiled; those of the specular signal when they are first needed. Denoisers of several cameras can share one
+/// set.
 #[derive(Debug)]
 pub struct Pipelines {
-    pub(crate) reproject: reproject::Reproject,
-    pub(crate) innovation: innovation::Innovation,
-    pub(crate) accumulate: accumulate::Accumulate,
-    pub(crate) fit: fit::Fit,
-    pub(crate) predict: predict::Predict,
-    pub(crate) compose: compose::Compose,
+    pub(crate) signal: SignalPasses,
+    specular: OnceLock<SignalPasses>,
     pub(crate) sample_map: sample_map::SampleMap,
     pub(crate) debug_view: debug_view::DebugView,
 }
 
+/// What denoises one signal.
+#[derive(Debug)]
+pub(crate) struct SignalPasses {
+    pub reproject: reproject::Reproject,
+    pub innovation: innovation::Innovation,
+    pub accumulate: accumulate::Accumulate,
+    pub fit: fit::Fit,
+    pub predict: predict::Predict,
+    pub compose: compose::Compose,
+}
+
 impl Pipelines {
-    /// Compiles all passes. Needs no optional feature and no more than WebGPU's default limits.
+    /// Compiles all passes but those of the specular signal. Needs no optional feature and no more than WebGPU's default limits.
     pub fn new(device: &wgpu::Device) -> Self {
         Self {
-            reproject: reproject::Reproject::new(device),
-            innovation: innovation::Innovation::new(device),
-            accumulate: accumulate::Accumulate::new(device),
-            fit: fit::Fit::new(device),
-            predict: predict::Predict::new(device),
-            compose: compose::Compose::new(device),
+            signal: SignalPasses {
+                reproject: reproject::Reproject::new(device),
+                innovation: innovation::Innovation::new(device),
+                accumulate: accumulate::Accumulate::new(device),
+                fit: fit::Fit::new(device),
+                predict: predict::Predict::new(device),
+                compose: compose::Compose::new(device),
+            },
+            specular: OnceLock::new(),
             sample_map: sample_map::SampleMap::new(device),
             debug_view: debug_view::DebugView::new(device),
         }
+    }
+
+    /// What denoises the specular signal; compiled by the first call.
+    pub(crate) fn specular(&self, device: &wgpu::Device) -> &SignalPasses {
+        self.specular.get_or_init(|| SignalPasses {
+            reproject: reproject::Reproject::specular(device),
+            innovation: self.signal.innovation.clone(),
+            accumulate: accumulate::Accumulate::specular(device),
+            fit: self.signal.fit.clone(),
+            predict: predict::Predict::specular(device),
+            compose: compose::Compose::specular(device),
+        })
     }
 }

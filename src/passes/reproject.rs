@@ -17,6 +17,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("surface_id", Kind::TextureUint),
         ("emission", Kind::Texture),
         ("sample_count", Kind::TextureUint),
+        ("hit_distance", Kind::Texture),
         ("previous_guide", Kind::TextureUint),
         ("history", Kind::Texture),
         ("noise", Kind::TextureUint),
@@ -42,6 +43,7 @@ pub struct ReprojectViews<'a> {
     pub surface_id: &'a TextureView,
     pub emission: &'a TextureView,
     pub sample_count: &'a TextureView,
+    pub hit_distance: &'a TextureView,
     pub previous_guide: &'a TextureView,
     pub history: &'a TextureView,
     pub noise: &'a TextureView,
@@ -62,6 +64,11 @@ impl Reproject {
         Self(Kernel::new(device, &DESCRIPTOR))
     }
 
+    /// Compiles the pass for the specular signal.
+    pub fn specular(device: &wgpu::Device) -> Self {
+        Self(Kernel::specular(device, &DESCRIPTOR))
+    }
+
     /// Records the pass over `extent` pixels.
     pub fn record(&self, recorder: &mut Recorder<'_>, views: &ReprojectViews<'_>, extent: [u32; 2]) {
         let resources = [
@@ -73,6 +80,7 @@ impl Reproject {
             BindingResource::TextureView(views.surface_id),
             BindingResource::TextureView(views.emission),
             BindingResource::TextureView(views.sample_count),
+            BindingResource::TextureView(views.hit_distance),
             BindingResource::TextureView(views.previous_guide),
             BindingResource::TextureView(views.history),
             BindingResource::TextureView(views.noise),

@@ -94,7 +94,7 @@ impl Compiler {
                 )
             })
             .collect();
-        let name = CString::new(shader.name())?;
+        let name = CString::new(shader.descriptor.name)?;
         // SAFETY: as in `new`.
         unsafe {
             let set = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
@@ -153,7 +153,9 @@ fn spirv(shader: &Shader) -> Result<Vec<u32>, spv::Error> {
         force_loop_bounding: true,
         ..spv::Options::default()
     };
-    let entry =
-        spv::PipelineOptions { shader_stage: ShaderStage::Compute, entry_point: shader.name().into() };
+    let entry = spv::PipelineOptions {
+        shader_stage: ShaderStage::Compute,
+        entry_point: shader.descriptor.name.into(),
+    };
     spv::write_vec(&shader.module, &shader.info, &options, Some(&entry))
 }

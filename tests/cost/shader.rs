@@ -1,12 +1,17 @@
 //! What a shader's intermediate representation tells: workgroup memory, what is read and what is written.
 
-use quell::gpu::{KernelDescriptor, assemble};
+use quell::gpu::{KernelDescriptor, SPECULAR, assemble};
 use wgpu::naga::{
     self, AddressSpace, Expression, GlobalVariable, Handle, Literal, TypeInner, valid::GlobalUse,
 };
 
+/// What names in the table begin with where the kernel was compiled for the specular signal.
+pub const SPECULAR_PREFIX: &str = "specular ";
+
 /// A kernel as the library compiles it.
 pub struct Shader {
+    /// As in the table.
+    pub name: String,
     pub descriptor: &'static KernelDescriptor,
     pub module: naga::Module,
     pub info: naga::valid::ModuleInfo,
@@ -14,10 +19,19 @@ pub struct Shader {
 
 impl Shader {
     pub fn all() -> Vec<Self> {
-        quell::passes::ALL.into_iter().map(Self::new).collect()
+        let specular = quell::passes::SPECULAR.into_iter().map(Self::specular);
+        quell::passes::ALL.into_iter().map(Self::new).chain(specular).collect()
     }
 
     pub fn new(descriptor: &'static KernelDescriptor) -> Self {
+        Self::compile(descriptor, descriptor.name.to_owned(), &[])
+    }
+
+    fn specular(descriptor: &'static KernelDescriptor) -> Self {
+        Self::compile(descriptor, format!("{SPECULAR_PREFIX}{}", descriptor.name), &SPECULAR)
+    }
+
+    fn compile(descriptor: &'static KernelDescriptor, name: String, constants: &[(&str, f64)]) -> Self {
         let source = assemble(descriptor.source);
         let module = naga::front::wgsl::parse_str(&source)
             .unwrap_or_else(|error| panic!("{}: {}", descriptor.name, error.emit_to_string(&source)));
@@ -27,11 +41,17 @@ impl Shader {
             .validate(&module)
             .unwrap_or_else(|error| panic!("{}: {}", descriptor.name, error.emit_to_string(&source)));
         assert_eq!(module.entry_points.len(), 1, "{}: entry points", descriptor.name);
-        Self { descriptor, module, info }
+        let constants = constants.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
+        let entry = Some((naga::ShaderStage::Compute, descriptor.name));
+        let (module, info) =
+            naga::back::pipeline_constants::process_overrides(&module, &info, entry, &constants)
+                .unwrap_or_else(|error| panic!("{name}: {error}"));
+        let (module, info) = (module.into_owned(), info.into_owned());
+        Self { name, descriptor, module, info }
     }
 
-    pub fn name(&self) -> &'static str {
-        self.descriptor.name
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
     pub fn invocations(&self) -> u32 {

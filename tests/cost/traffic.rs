@@ -1,6 +1,6 @@
 //! Compulsory traffic: what each kernel must read from and write to memory, however good the caches are.
 
-use crate::shader::Shader;
+use crate::shader::{SPECULAR_PREFIX, Shader};
 use quell::gpu::Kind;
 use quell::layout::TILE;
 use std::collections::BTreeMap;
@@ -16,7 +16,8 @@ a tile, which counts as a sector of 32 bytes. Uniforms and other \
 resources of constant size count nothing. `clears` is what `encode` sets to 0 before the passes. The first three columns \
 take the caller's images at the smallest accepted formats and without the optional ones, the last three at the largest and \
 with all. `frame` is the sum without `debug_view` and the `sample_` kernels, which run on request (the expected error that `compose` \
-then writes counts with those), and without `gains` and `choose`, which run under a budget.";
+then writes counts with those), and without `gains` and `choose`, which run under a budget. `split frame` is that of a \
+frame whose specular radiance came apart: also the `specular` kernels, and a second time those that both signals share.";
 
 /// Bytes per pixel, with the caller's images at their smallest and at their largest.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -41,7 +42,7 @@ impl AddAssign for Bytes {
 }
 
 /// The caller's images: smallest format, none for an optional image; largest format. As `FrameInputs` documents them.
-const CALLERS: [(&str, Option<TextureFormat>, TextureFormat); 11] = [
+const CALLERS: [(&str, Option<TextureFormat>, TextureFormat); 12] = [
     ("radiance", Some(TextureFormat::Rgba16Float), TextureFormat::Rgba32Float),
     ("albedo", Some(TextureFormat::Rgba8Unorm), TextureFormat::Rgba16Float),
     ("normal_roughness", Some(TextureFormat::Rgba8Snorm), TextureFormat::Rgba16Float),
@@ -50,6 +51,7 @@ const CALLERS: [(&str, Option<TextureFormat>, TextureFormat); 11] = [
     ("surface_id", None, TextureFormat::R32Uint),
     ("emission", None, TextureFormat::Rgba16Float),
     ("sample_count", None, TextureFormat::R32Uint),
+    ("hit_distance", None, TextureFormat::R32Float),
     ("samples", Some(TextureFormat::R32Uint), TextureFormat::R32Uint),
     ("output", Some(TextureFormat::Rgba16Float), TextureFormat::Rgba16Float),
     ("debug", Some(TextureFormat::Rgba16Float), TextureFormat::Rgba16Float),
@@ -62,22 +64,35 @@ const ALIASES: [(&str, &str); 1] = [("prediction", "reprojected")];
 const CLEARED: [&str; 2] = ["windows", "coverage"];
 
 /// What not every frame runs.
-pub const OUTSIDE_FRAME: [&str; 6] =
+const OUTSIDE_FRAME: [&str; 6] =
     ["gains", "choose", "sample_gains", "sample_rate", "sample_map", "debug_view"];
+
+/// What runs once for each of two signals, compiled once.
+pub const SHARED: [&str; 4] = ["clears", "innovation", "centres", "fit"];
 
 /// What a GPU's memory delivers at least.
 const SECTOR: f64 = 32.0;
 
 /// Every kernel's traffic, `clears`, and the sum of a frame. `owned` is what a denoiser holds, in bytes per pixel.
-pub fn all(shaders: &[Shader], owned: &BTreeMap<&str, f64>) -> Vec<(&'static str, Bytes)> {
+pub fn all(shaders: &[Shader], owned: &BTreeMap<&str, f64>) -> Vec<(String, Bytes)> {
     let clears: f64 = CLEARED.iter().map(|name| owned[name]).sum();
-    let mut rows = vec![("clears", Bytes { read: [0.0; 2], written: [clears; 2] })];
-    rows.extend(shaders.iter().map(|shader| (shader.name(), of_kernel(shader, owned))));
-    let mut frame = Bytes::default();
-    let in_frame = rows.iter().filter(|(name, _)| !OUTSIDE_FRAME.contains(name));
-    in_frame.for_each(|&(_, bytes)| frame += bytes);
-    rows.push(("frame", frame));
+    let mut rows = vec![("clears".to_owned(), Bytes { read: [0.0; 2], written: [clears; 2] })];
+    rows.extend(shaders.iter().map(|shader| (shader.name().to_owned(), of_kernel(shader, owned))));
+    let sum = |counts: &dyn Fn(&str) -> bool| {
+        let mut sum = Bytes::default();
+        rows.iter().filter(|(name, _)| counts(name)).for_each(|&(_, bytes)| sum += bytes);
+        sum
+    };
+    let frame = sum(&is_in_frame);
+    let mut split = frame;
+    split += sum(&|name| name.starts_with(SPECULAR_PREFIX) || SHARED.contains(&name));
+    rows.extend([("frame".to_owned(), frame), ("split frame".to_owned(), split)]);
     rows
+}
+
+/// Whether a frame of one signal runs it.
+pub fn is_in_frame(name: &str) -> bool {
+    !OUTSIDE_FRAME.contains(&name) && !name.starts_with(SPECULAR_PREFIX)
 }
 
 fn of_kernel(shader: &Shader, owned: &BTreeMap<&str, f64>) -> Bytes {
@@ -103,7 +118,9 @@ fn of_binding(shader: &Shader, name: &str, owned: &BTreeMap<&str, f64>) -> [f64;
     let per_tile = |stride: u32| f64::from(stride * shader.element_bytes(name)) / f64::from(TILE * TILE);
     let bytes = match name {
         // Written on request only.
-        "mix_weight" | "error" if shader.name() == "compose" => 0.0,
+        "mix_weight" | "error" if shader.descriptor.name == "compose" => 0.0,
+        // Stands in for an image where there is one signal.
+        "rest" if shader.name() == "compose" => 0.0,
         "mix_weight" => owned["signal"],
         "error" => owned["reprojected_noise"],
         // A few words.

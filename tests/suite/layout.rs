@@ -102,6 +102,9 @@ fn constants_match_the_wgsl() {
         ("FLAG_SHOW_MIX", flags::SHOW_MIX),
         ("FLAG_ERROR", flags::ERROR),
         ("FLAG_LIMITED", flags::LIMITED),
+        ("FLAG_SPLIT", flags::SPLIT),
+        ("FLAG_SPECULAR_ALBEDO", flags::SPECULAR_ALBEDO),
+        ("FLAG_HIT_DISTANCE", flags::HIT_DISTANCE),
     ];
     for (name, value) in expected {
         assert_eq!(constant(&module, name), value, "{name}");
@@ -117,7 +120,8 @@ fn constants_match_the_wgsl() {
 #[test]
 fn columns_match_the_wgsl() {
     let check = |include: &str, columns: Columns, prefix: &str, others: &[(&str, u32)]| {
-        let own = format!("\nconst OWN_FEATURES = {prefix}_OWN_FEATURES;");
+        let bound = "var<uniform> frame: Frame;";
+        let own = format!("\n@group(0) @binding(0) {bound}\nconst OWN_FEATURES = {prefix}_OWN_FEATURES;");
         let module = reflect(&format!("frame numbers surface features linear_model {include}{own}"));
         let expected = [
             ("SURFACE_FEATURES", layout::SURFACE_FEATURES),

@@ -18,6 +18,10 @@ pub struct Frame {
     pub motion: Vec<[f32; 2]>,
     pub id: Vec<u32>,
     pub samples: Vec<u32>,
+    /// Empty where the scene has no mirrors; see [`mirrored`](crate::mirror::mirrored).
+    pub specular: Vec<[f32; 4]>,
+    /// As `specular`.
+    pub hit_distance: Vec<f32>,
     pub truth: Vec<[f32; 3]>,
 }
 
@@ -30,6 +34,8 @@ pub struct Images {
     pub motion: wgpu::TextureView,
     pub id: wgpu::TextureView,
     pub samples: wgpu::TextureView,
+    pub specular: Option<wgpu::TextureView>,
+    pub hit_distance: Option<wgpu::TextureView>,
     pub output: wgpu::TextureView,
 }
 
@@ -46,6 +52,8 @@ impl Frame {
             motion: upload(self.size, Format::Rg32Float, &self.motion),
             id: upload(self.size, Format::R32Uint, &self.id),
             samples: upload(self.size, Format::R32Uint, &self.samples),
+            specular: given(&self.specular).map(|texels| upload(self.size, Format::Rgba32Float, texels)),
+            hit_distance: given(&self.hit_distance).map(|texels| upload(self.size, Format::R32Float, texels)),
             output: blank(self.size, Format::Rgba16Float),
         }
     }
@@ -62,6 +70,9 @@ impl Images {
             surface_id: Some(&self.id),
             emission: None,
             sample_count: Some(&self.samples),
+            specular: self.specular.as_ref(),
+            specular_albedo: None,
+            hit_distance: self.hit_distance.as_ref(),
             camera,
             history,
             output: &self.output,
@@ -71,6 +82,10 @@ impl Images {
             measured_ms: None,
         }
     }
+}
+
+fn given<T>(texels: &[T]) -> Option<&[T]> {
+    (!texels.is_empty()).then_some(texels)
 }
 
 /// Denoises one frame and reads the output back.
@@ -163,6 +178,8 @@ fn shot(size: [u32; 2], [eye, previous]: [Vec3; 2], seed: u64, jitter_px: Vec2, 
         motion: vec![],
         id: vec![],
         samples: vec![1; (width * height) as usize],
+        specular: vec![],
+        hit_distance: vec![],
         truth: vec![],
     };
     let world_from_clip = (camera_now.clip_from_view * camera_now.view_from_world).inverse();
@@ -231,6 +248,13 @@ fn shade(p: Vec3, surface: usize, light: Light) -> Shade {
         normal: PLANES[surface].0,
         id: surface as u32 + 1,
     }
+}
+
+/// What is seen from a point by day, and how far away.
+pub fn radiance_along(from: Vec3, direction: Vec3) -> (Vec3, f32) {
+    let hit = intersect(from, direction);
+    let shade = hit.map_or(Shade::SKY, |(position, surface)| shade(position, surface, Light::ON));
+    (shade.albedo * shade.irradiance, hit.map_or(f32::INFINITY, |(position, _)| (position - from).length()))
 }
 
 /// A walk of `count` frames with `step` of movement each.

@@ -55,14 +55,22 @@ fn smith(alpha: f32, v: vec3f) -> f32 {
     return 0.5 * (sqrt(1.0 + alpha * alpha * tangent2) - 1.0);
 }
 
-// Reflectance times the cosine of `into` in xyz; the density of sampling `into` in w.
-fn evaluate_bsdf(bsdf: Bsdf, out: vec3f, into: vec3f) -> vec4f {
+// Reflectance of the lobes times the cosine of the direction that light comes from.
+struct Reflected {
+    diffuse: vec3f,
+    specular: vec3f,
+    // Density of sampling that direction, by either lobe.
+    pdf: f32,
+}
+
+fn evaluate_bsdf(bsdf: Bsdf, out: vec3f, into: vec3f) -> Reflected {
+    var reflected = Reflected(vec3f(0.0), vec3f(0.0), 0.0);
     if into.z <= 0.0 || out.z <= 0.0 {
-        return vec4f(0.0);
+        return reflected;
     }
     let left_over = (1.0 - coat(bsdf, out.z)) * (1.0 - coat(bsdf, into.z)) / (1.0 - coat_mean(bsdf));
-    var value = bsdf.diffuse * (left_over * into.z / PI);
-    var pdf = (1.0 - bsdf.choose_specular) * into.z / PI;
+    reflected.diffuse = bsdf.diffuse * (left_over * into.z / PI);
+    reflected.pdf = (1.0 - bsdf.choose_specular) * into.z / PI;
     if bsdf.choose_specular > 0.0 {
         let h = normalize(out + into);
         // In the frame of the surface the small differences that a narrow highlight is made of stay exact.
@@ -72,10 +80,14 @@ fn evaluate_bsdf(bsdf: Bsdf, out: vec3f, into: vec3f) -> vec4f {
         let lambda_out = smith(bsdf.alpha, out);
         let fresnel = mix(bsdf.f0, vec3f(bsdf.f90), schlick(dot(out, h)));
         let visible = distribution / (4.0 * out.z);
-        value += fresnel * (visible / (1.0 + lambda_out + smith(bsdf.alpha, into)));
-        pdf += bsdf.choose_specular * visible / (1.0 + lambda_out);
+        reflected.specular = fresnel * (visible / (1.0 + lambda_out + smith(bsdf.alpha, into)));
+        reflected.pdf += bsdf.choose_specular * visible / (1.0 + lambda_out);
     }
-    return vec4f(value, pdf);
+    return reflected;
+}
+
+fn reflectance(reflected: Reflected) -> vec3f {
+    return reflected.diffuse + reflected.specular;
 }
 
 // What the coat reflects, and so keeps from the base.
@@ -88,15 +100,26 @@ fn coat_mean(bsdf: Bsdf) -> f32 {
 }
 
 // A direction to go on in; its density is `evaluate_bsdf`'s.
-fn sample_bsdf(bsdf: Bsdf, out: vec3f) -> vec3f {
+struct Bounce {
+    into: vec3f,
+    // The lobe that it was drawn from.
+    is_specular: bool,
+}
+
+fn sample_bsdf(bsdf: Bsdf, out: vec3f) -> Bounce {
     let choice = random();
     let u = random2();
-    let angle = 2.0 * PI * u.y;
-    if choice >= bsdf.choose_specular {
-        let r = sqrt(u.x);
-        return vec3f(r * cos(angle), r * sin(angle), sqrt(max(1.0 - u.x, 0.0)));
+    if choice < bsdf.choose_specular {
+        return Bounce(sample_specular(bsdf, out, u), true);
     }
-    // Heitz 2018, listing 1.
+    let angle = 2.0 * PI * u.y;
+    let r = sqrt(u.x);
+    return Bounce(vec3f(r * cos(angle), r * sin(angle), sqrt(max(1.0 - u.x, 0.0))), false);
+}
+
+// Heitz 2018, listing 1.
+fn sample_specular(bsdf: Bsdf, out: vec3f, u: vec2f) -> vec3f {
+    let angle = 2.0 * PI * u.y;
     let v = normalize(vec3f(out.xy * bsdf.alpha, out.z));
     let across2 = dot(v.xy, v.xy);
     var t1 = vec3f(1.0, 0.0, 0.0);

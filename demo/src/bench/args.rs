@@ -3,6 +3,7 @@
 use super::BenchOptions;
 use crate::cli::{finite, size};
 use crate::method::Method;
+use crate::split_args::SplitArgs;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -31,6 +32,8 @@ pub struct BenchArgs {
     /// The method that ratios are to [default: svgf where it is timed, otherwise the first but quell]
     #[arg(long, value_enum)]
     pub baseline: Option<Method>,
+    #[command(flatten)]
+    pub split: SplitArgs,
     /// Folder for the results, created where needed
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -53,6 +56,7 @@ impl BenchArgs {
             start_s: self.start,
             methods,
             baseline: self.baseline,
+            split: self.split.split(),
             out: self.out,
         }
     }

@@ -5,11 +5,13 @@ use super::percentiles::Percentiles;
 use super::stopwatch::{Clock, Stopwatch};
 use super::wall_note;
 use crate::capture::{CaptureReader, Frame, gbuffer_for, upload};
+use crate::gbuffer::Split;
 use crate::gpu::Gpu;
 use crate::image::ImageRgb;
 use crate::method::{Method, MethodFrame, MethodRunner};
 use crate::quality::{QualityRecorder, write_json};
 use crate::render::progress_bar;
+use crate::split_args::SplitArgs;
 use crate::table::aligned;
 use anyhow::{Context, Result};
 use quell::{Budget, Settings, Statistics};
@@ -25,6 +27,8 @@ pub struct BudgetsArgs {
     /// Times that each capture is played under a budget of time; the last third is measured
     #[arg(long, value_name = "N", default_value_t = 15, value_parser = clap::value_parser!(u32).range(3..=10_000))]
     pub rounds: u32,
+    #[command(flatten)]
+    pub split: SplitArgs,
     /// Folder for the results, created where needed
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -75,7 +79,7 @@ pub struct Row {
 pub fn budgets(gpu: &Gpu, args: &BudgetsArgs) -> Result<BudgetsReport> {
     let out = &args.out;
     std::fs::create_dir_all(out).with_context(|| format!("{}: cannot create the folder", out.display()))?;
-    let captures = args.captures.iter().map(|folder| of_capture(gpu, folder, args.rounds));
+    let captures = args.captures.iter().map(|folder| of_capture(gpu, folder, args));
     let captures = captures.collect::<Result<_>>()?;
     let clock = Stopwatch::new(gpu, 1).clock();
     let note = wall_note(gpu, clock);
@@ -86,11 +90,11 @@ pub fn budgets(gpu: &Gpu, args: &BudgetsArgs) -> Result<BudgetsReport> {
     Ok(report)
 }
 
-fn of_capture(gpu: &Gpu, folder: &Path, rounds: u32) -> Result<CaptureReport> {
+fn of_capture(gpu: &Gpu, folder: &Path, args: &BudgetsArgs) -> Result<CaptureReport> {
     let reader = CaptureReader::open(folder)?;
     let header = *reader.header();
     let frames = (0..reader.len()).map(|i| reader.read(i)).collect::<std::result::Result<Vec<_>, _>>()?;
-    let played = Played { gpu, reader: &reader, frames: &frames };
+    let played = Played { gpu, reader: &reader, frames: &frames, split: args.split.split() };
     let progress = progress_bar(1 + 2 * SHARES.len() as u64, "budgets");
     let run = |name: String, budget, rounds| {
         let row = played.row(name, Settings { far: header.far, budget, ..Settings::default() }, rounds);
@@ -105,7 +109,11 @@ fn of_capture(gpu: &Gpu, folder: &Path, rounds: u32) -> Result<CaptureReport> {
     }
     for share in SHARES {
         let target_ms = (full.frame_ms.median * f64::from(share) / 100.0) as f32;
-        rows.push(run(format!("{target_ms:.2} ms, {share} %"), Budget::Milliseconds(target_ms), rounds)?);
+        rows.push(run(
+            format!("{target_ms:.2} ms, {share} %"),
+            Budget::Milliseconds(target_ms),
+            args.rounds,
+        )?);
     }
     progress.finish_and_clear();
     let capture = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned();
@@ -117,6 +125,7 @@ struct Played<'a> {
     gpu: &'a Gpu,
     reader: &'a CaptureReader,
     frames: &'a [Frame],
+    split: Split,
 }
 
 impl Played<'_> {
@@ -139,6 +148,7 @@ impl Played<'_> {
                 let info = self.reader.info(i);
                 let frame = MethodFrame {
                     measured_ms,
+                    split: self.split,
                     ..MethodFrame::new(gbuffer, info.camera(), info.restart || i == 0, &settings)
                 };
                 let time = stopwatch.measure(gpu, &mut runner, &frame)?;
@@ -149,7 +159,7 @@ impl Played<'_> {
                 }
                 if round + 1 == rounds {
                     let image = ImageRgb::read_back(gpu, runner.output().texture())?;
-                    quality.add(i, image, capture.reference_image())?;
+                    quality.add(i, image, capture.reference_image(), &[])?;
                 }
             }
         }

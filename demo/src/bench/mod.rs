@@ -11,6 +11,7 @@ pub use args::BenchArgs;
 pub use budgets::{BudgetsArgs, BudgetsReport, budgets};
 pub use report::BenchReport;
 
+use crate::gbuffer::Split;
 use crate::gpu::Gpu;
 use crate::method::{Method, MethodFrame, MethodRunner};
 use crate::quality::write_json;
@@ -41,6 +42,8 @@ pub struct BenchOptions {
     pub methods: Vec<Method>,
     /// What ratios are to; by default SVGF where it is timed, otherwise the first but quell.
     pub baseline: Option<Method>,
+    /// What quell gets apart.
+    pub split: Split,
     /// Folder for the results, created where needed.
     pub out: PathBuf,
 }
@@ -153,6 +156,7 @@ fn set_up(gpu: &Gpu, options: &BenchOptions, [width, height]: [u32; 2]) -> Resul
                 sampling: Sampling::Uniform,
                 seed: 0,
                 jitter: false,
+                split: options.split,
             },
         )?;
         Ok((walk, runners))
@@ -190,7 +194,7 @@ fn time_size(
         gpu.queue.submit([encoder.finish()]);
         gpu.device.poll(wgpu::PollType::wait_indefinitely()).context("waiting for the path tracer")?;
 
-        let frame = MethodFrame::new(walk.gbuffer(), walk.view(i).camera, i == 0, &settings);
+        let frame = MethodFrame::new(walk.gbuffer(), walk.view(i).camera, walk.is_cut(i), &settings);
         for turn in 0..runners.len() {
             // Another one begins with every frame: whoever follows the tracer may find other caches and clocks.
             let which = (turn + i as usize) % runners.len();
@@ -243,6 +247,7 @@ mod tests {
                 start_s: 0.0,
                 methods: vec![method],
                 baseline: None,
+                split: Split::None,
                 out: PathBuf::new(),
             };
             super::set_up(&gpu, &options, size)

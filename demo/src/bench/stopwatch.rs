@@ -152,6 +152,7 @@ fn milliseconds(duration: Duration) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gbuffer::Split;
     use crate::method::Method;
     use crate::tracer::Sampling;
     use crate::walk::{Walk, WalkOptions};
@@ -181,6 +182,7 @@ mod tests {
             sampling: Sampling::Uniform,
             seed: 0,
             jitter: false,
+            split: Split::default(),
         };
         let walk = Walk::new(&gpu, options).unwrap();
         let mut runner = MethodRunner::new(&gpu, Method::Quell, width, height).unwrap();

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// Every channel that a capture knows.
-const KNOWN: [&str; 22] = [
+const KNOWN: [&str; 29] = [
     "radiance.R",
     "radiance.G",
     "radiance.B",
@@ -28,6 +28,13 @@ const KNOWN: [&str; 22] = [
     "emission.G",
     "emission.B",
     "samples.N",
+    "specular.R",
+    "specular.G",
+    "specular.B",
+    "specular_albedo.R",
+    "specular_albedo.G",
+    "specular_albedo.B",
+    "hit_distance.Y",
     "reference.R",
     "reference.G",
     "reference.B",

@@ -70,6 +70,9 @@ pub enum CaptureError {
     /// A plane of a frame to be written has the wrong length.
     #[error("{}: `{image}` has {found} pixels, expected {expected}", path.display())]
     PlaneLength { path: PathBuf, image: &'static str, expected: usize, found: usize },
+    /// An optional image is there without another one that it says something about.
+    #[error("{}: has `{image}` but no `{needed}`, which it belongs to", path.display())]
+    Alone { path: PathBuf, image: &'static str, needed: &'static str },
     /// The folder to write to holds something.
     #[error("{}: folder is not empty{}", path.display(), match file {
         Some(file) => format!(", and `{file}` in it is no part of a capture, so it is not overwritten"),

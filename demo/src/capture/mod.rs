@@ -6,7 +6,7 @@
 //! | channels | needed | meaning |
 //! | --- | --- | --- |
 //! | `radiance.R .G .B` | yes | noisy scene-linear radiance, direct emission included |
-//! | `albedo.R .G .B` | yes | reflectance at the first hit, 1 at a miss |
+//! | `albedo.R .G .B` | yes | diffuse reflectance at the first hit, specular colour at normal incidence for metals, the same with and without `specular`; 1 at a miss |
 //! | `normal.X .Y .Z` | yes | world-space unit normal, 0 at a miss |
 //! | `depth.Z` | yes | positive linear view depth; at or beyond `far` is a miss |
 //! | `motion.X .Y` | yes | previous minus current pixel position, +x right, +y down, without jitter |
@@ -15,7 +15,13 @@
 //! | `surface.id` | no | 32-bit identity of object and material |
 //! | `emission.R .G .B` | no | radiance seen directly |
 //! | `samples.N` | no | samples traced at the pixel; 1 where missing |
-//! | `reference.R .G .B` | no | converged radiance of the same frame |
+//! | `specular.R .G .B` | no | the part of the radiance that left the first hit through its specular lobe, 0 at a miss; `radiance` then holds the rest |
+//! | `specular_albedo.R .G .B` | no | what that lobe reflects towards the camera of light that comes evenly from all sides, 0 to 1, 1 at a miss; only with `specular` |
+//! | `hit_distance.Y` | no | world-space distance from the first hit along a direction of its specular lobe to the next; at or beyond `far` for the sky; 0, negative or NaN where unknown and at a miss |
+//! | `reference.R .G .B` | no | converged, combined radiance of the same frame |
+//!
+//! With `specular`, whatever works on combined radiance (the peers, the noisy input, quell without the split) gets the sum of the
+//! two.
 //!
 //! Matrices are column-major for column vectors, right-handed, view space looking down -z, clip depth 0 to 1.
 
@@ -36,6 +42,7 @@ pub use writer::CaptureWriter;
 
 use crate::image::ImageRgb;
 use glam::{Mat4, Vec2};
+use std::path::Path;
 
 /// File that makes a folder a capture.
 pub const MANIFEST: &str = "capture.json";
@@ -85,6 +92,7 @@ impl FrameInfo {
 pub struct Frame {
     pub width: u32,
     pub height: u32,
+    /// Without what is in `specular`, where that is there.
     pub radiance: Vec<[f32; 3]>,
     pub albedo: Vec<[f32; 3]>,
     pub normal: Vec<[f32; 3]>,
@@ -96,6 +104,10 @@ pub struct Frame {
     pub surface_id: Option<Vec<u32>>,
     pub emission: Option<Vec<[f32; 3]>>,
     pub samples: Option<Vec<u32>>,
+    pub specular: Option<Vec<[f32; 3]>>,
+    /// Only with `specular`.
+    pub specular_albedo: Option<Vec<[f32; 3]>>,
+    pub hit_distance: Option<Vec<f32>>,
     pub reference: Option<Vec<[f32; 3]>>,
 }
 
@@ -116,7 +128,31 @@ impl Frame {
             surface_id: None,
             emission: None,
             samples: None,
+            specular: None,
+            specular_albedo: None,
+            hit_distance: None,
             reference: None,
+        }
+    }
+
+    /// Combined radiance: the sum of the two, where there are two.
+    pub fn combined_radiance(&self) -> Vec<[f32; 3]> {
+        let Some(specular) = &self.specular else {
+            return self.radiance.clone();
+        };
+        let sum = |(rest, specular): (&[f32; 3], &[f32; 3])| [0, 1, 2].map(|c| rest[c] + specular[c]);
+        self.radiance.iter().zip(specular).map(sum).collect()
+    }
+
+    /// A reflectance without what is reflected is a mistake: most likely the other channel has another name.
+    fn check_split(&self, path: &Path) -> Result<(), CaptureError> {
+        match (&self.specular_albedo, &self.specular) {
+            (Some(_), None) => Err(CaptureError::Alone {
+                path: path.to_owned(),
+                image: "specular_albedo",
+                needed: "specular",
+            }),
+            _ => Ok(()),
         }
     }
 

@@ -68,7 +68,7 @@ impl CaptureReader {
         let optional = |name: &str| channels.has_any(&[name]).then(|| channels.floats(name)).transpose();
         let optional_integers =
             |name: &str| channels.has_any(&[name]).then(|| channels.integers(name)).transpose();
-        Ok(Frame {
+        let frame = Frame {
             width,
             height,
             radiance: rgb("radiance")?,
@@ -81,7 +81,12 @@ impl CaptureReader {
             surface_id: optional_integers("surface.id")?,
             emission: optional_rgb("emission")?,
             samples: optional_integers("samples.N")?,
+            specular: optional_rgb("specular")?,
+            specular_albedo: optional_rgb("specular_albedo")?,
+            hit_distance: optional("hit_distance.Y")?,
             reference: optional_rgb("reference")?,
-        })
+        };
+        frame.check_split(&path)?;
+        Ok(frame)
     }
 }

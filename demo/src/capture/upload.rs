@@ -1,7 +1,7 @@
 //! From a captured frame to the images on the GPU.
 
 use super::Frame;
-use crate::gbuffer::GBuffer;
+use crate::gbuffer::{GBuffer, Lobes, Split, image};
 use crate::image::{half_from_f32, write_texture};
 use half::f16;
 use wgpu::TextureFormat;
@@ -12,6 +12,8 @@ use wgpu::TextureFormat;
 /// no point's depth ever changes.
 pub fn gbuffer_for(device: &wgpu::Device, frame: &Frame) -> GBuffer {
     let mut gbuffer = GBuffer::new(device, frame.width, frame.height);
+    // As much as frames have.
+    gbuffer.split = Split::Full;
     if frame.motion_depth.is_none() {
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("motion"),
@@ -31,7 +33,8 @@ pub fn gbuffer_for(device: &wgpu::Device, frame: &Frame) -> GBuffer {
 }
 
 /// Writes `frame` into `gbuffer`, filling in the defaults of images that it lacks. Frames of one capture may differ
-/// in their optional images, so the motion image is made anew where it has to change its format.
+/// in their optional images, so those that this one lacks are dropped and others made, and the motion image is made anew where it
+/// has to change its format.
 ///
 /// # Panics
 /// Where the frame's size is not the images'.
@@ -41,6 +44,17 @@ pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue, frame: &Frame, gbuffer
     if has_z != frame.motion_depth.is_some() {
         gbuffer.motion = gbuffer_for(device, frame).motion;
     }
+    let size = [frame.width, frame.height];
+    let new = |label, format| image(device, label, size, format);
+    let GBuffer { lobes, specular_albedo, hit_distance, .. } = gbuffer;
+    *lobes = frame.specular.as_ref().map(|_| lobes.take().unwrap_or_else(|| Lobes::new(device, size)));
+    *specular_albedo = frame.specular_albedo.as_ref().map(|_| {
+        specular_albedo.take().unwrap_or_else(|| new("specular_albedo", TextureFormat::Rgba16Float))
+    });
+    *hit_distance = frame
+        .hit_distance
+        .as_ref()
+        .map(|_| hit_distance.take().unwrap_or_else(|| new("hit_distance", TextureFormat::R32Float)));
     let pixels = frame.radiance.len();
     let write_half = |view: &wgpu::TextureView, texels: Vec<[f32; 4]>| {
         let half: Vec<[f16; 4]> = texels.into_iter().map(|texel| texel.map(half_from_f32)).collect();
@@ -49,7 +63,17 @@ pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue, frame: &Frame, gbuffer
     let with =
         |rgb: &[[f32; 3]], w: f32| -> Vec<[f32; 4]> { rgb.iter().map(|&[r, g, b]| [r, g, b, w]).collect() };
 
-    write_texture(queue, gbuffer.radiance.texture(), &with(&frame.radiance, 1.0));
+    write_texture(queue, gbuffer.radiance.texture(), &with(&frame.combined_radiance(), 1.0));
+    if let (Some(lobes), Some(specular)) = (&gbuffer.lobes, &frame.specular) {
+        write_texture(queue, lobes.rest.texture(), &with(&frame.radiance, 1.0));
+        write_texture(queue, lobes.specular.texture(), &with(specular, 1.0));
+    }
+    if let (Some(view), Some(albedo)) = (&gbuffer.specular_albedo, &frame.specular_albedo) {
+        write_half(view, with(albedo, 1.0));
+    }
+    if let (Some(view), Some(distances)) = (&gbuffer.hit_distance, &frame.hit_distance) {
+        write_texture(queue, view.texture(), distances);
+    }
     write_half(&gbuffer.albedo, with(&frame.albedo, 1.0));
     let mut normal_roughness = with(&frame.normal, 1.0);
     for (texel, &roughness) in normal_roughness.iter_mut().zip(frame.roughness.iter().flatten()) {

@@ -56,8 +56,8 @@ impl CaptureWriter {
         Ok(Self { folder: folder.to_owned(), header, frames: Vec::new() })
     }
 
-    /// Writes one frame: radiance, depth, motion and reference in 32 bits, the other images in half precision,
-    /// integers exactly.
+    /// Writes one frame: radiance, specular radiance, depth, motion, hit distance and reference in 32 bits, the other images in
+    /// half precision, integers exactly.
     pub fn write_frame(&mut self, frame: &Frame, info: &FrameInfo) -> Result<(), CaptureError> {
         let file = format!("frame_{:04}.exr", self.frames.len());
         let path = self.folder.join(&file);
@@ -66,6 +66,7 @@ impl CaptureWriter {
             return Err(CaptureError::Size { path, image: "frame".to_owned(), expected, found });
         }
         check_planes(&path, frame)?;
+        frame.check_split(&path)?;
         check_info(&path, self.frames.len(), info)?;
         let layer = Layer::new(
             (frame.width as usize, frame.height as usize),
@@ -128,6 +129,9 @@ fn check_planes(path: &Path, frame: &Frame) -> Result<(), CaptureError> {
         ("surface_id", frame.surface_id.as_ref().map(Vec::len)),
         ("emission", frame.emission.as_ref().map(Vec::len)),
         ("samples", frame.samples.as_ref().map(Vec::len)),
+        ("specular", frame.specular.as_ref().map(Vec::len)),
+        ("specular_albedo", frame.specular_albedo.as_ref().map(Vec::len)),
+        ("hit_distance", frame.hit_distance.as_ref().map(Vec::len)),
         ("reference", frame.reference.as_ref().map(Vec::len)),
     ];
     for (image, found) in planes {
@@ -156,18 +160,24 @@ fn channels(frame: &Frame) -> Vec<AnyChannel<FlatSamples>> {
     vectors("radiance", RGB, &frame.radiance, false);
     vectors("albedo", RGB, &frame.albedo, true);
     vectors("normal", ["X", "Y", "Z"], &frame.normal, true);
-    if let Some(emission) = &frame.emission {
-        vectors("emission", RGB, emission, true);
-    }
-    if let Some(reference) = &frame.reference {
-        vectors("reference", RGB, reference, false);
+    for (group, plane, half) in [
+        ("emission", &frame.emission, true),
+        ("specular", &frame.specular, false),
+        ("specular_albedo", &frame.specular_albedo, true),
+        ("reference", &frame.reference, false),
+    ] {
+        if let Some(values) = plane {
+            vectors(group, RGB, values, half);
+        }
     }
     let mut floats = |name: &str, values: Vec<f32>| add(name.to_owned(), FlatSamples::F32(values));
     floats("depth.Z", frame.depth.clone());
     floats("motion.X", frame.motion.iter().map(|m| m[0]).collect());
     floats("motion.Y", frame.motion.iter().map(|m| m[1]).collect());
-    if let Some(motion_depth) = &frame.motion_depth {
-        floats("motion.Z", motion_depth.clone());
+    for (name, plane) in [("motion.Z", &frame.motion_depth), ("hit_distance.Y", &frame.hit_distance)] {
+        if let Some(values) = plane {
+            floats(name, values.clone());
+        }
     }
     if let Some(roughness) = &frame.roughness {
         let half = roughness.iter().map(|&r| half_from_f32(r)).collect();

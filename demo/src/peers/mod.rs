@@ -1,4 +1,5 @@
-//! Other methods, to compare the denoiser with, each written from its paper over the same images, and antialiasing for all.
+//! Other methods, to compare the denoiser with, each written from its paper over the same images, and antialiasing for all. They get
+//! combined radiance, as their papers have it, also of frames whose radiance is split.
 
 mod accumulate;
 mod antialias;

@@ -4,6 +4,7 @@ use super::{ReportOptions, report};
 use crate::cli::{positive, size};
 use crate::gpu::Gpu;
 use crate::method::Method;
+use crate::split_args::SplitArgs;
 use crate::walk::References;
 use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
@@ -18,7 +19,7 @@ pub struct ReportArgs {
     /// A folder with a capture to add to the suite; its frames with a reference are measured
     #[arg(long = "capture", value_name = "DIR")]
     pub captures: Vec<PathBuf>,
-    /// Leave the built-in gallery's three stretches out
+    /// Leave the built-in gallery's stretches out
     #[arg(long)]
     pub no_gallery: bool,
     /// Methods to compare, e.g. quell,accumulate [default: all]; the noisy input is always shown
@@ -42,6 +43,8 @@ pub struct ReportArgs {
     /// Small and short: some seconds on a GPU, some minutes on a CPU
     #[arg(long)]
     pub quick: bool,
+    #[command(flatten)]
+    pub split: SplitArgs,
     /// Folder for the results, created where needed
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -70,6 +73,7 @@ impl ReportArgs {
             gallery: !self.no_gallery,
             scenes: self.scenes,
             captures: self.captures,
+            split: self.split.split(),
             out: self.out,
         })
     }

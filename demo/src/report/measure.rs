@@ -59,7 +59,9 @@ pub fn measure(
             times.push(clock.run(gpu, runner, &frame).with_context(|| format!("frame {i}"))?);
             images.push(ImageRgb::read_back(gpu, runner.output().texture())?);
         }
+        let mut reflective = Vec::new();
         if let Some(reference) = &reference {
+            reflective = gbuffer.reflective(gpu, settings.far)?;
             kept.push(Kept {
                 frame: i,
                 methods: images.iter().map(ImageRgb::to_display_rgb8).collect(),
@@ -68,7 +70,7 @@ pub fn measure(
         }
         for ((quality, image), method) in quality.iter_mut().zip(images).zip(methods) {
             quality
-                .add(i as usize, image, reference.clone())
+                .add(i as usize, image, reference.clone(), &reflective)
                 .with_context(|| format!("metrics of frame {i}, {}", method.name()))?;
         }
         progress.inc(1);

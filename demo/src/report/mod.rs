@@ -16,6 +16,7 @@ pub use args::ReportArgs;
 pub use numbers::SuiteReport;
 
 use crate::capture::CaptureReader;
+use crate::gbuffer::Split;
 use crate::gpu::Gpu;
 use crate::method::Method;
 use crate::quality::write_json;
@@ -44,6 +45,8 @@ pub struct ReportOptions {
     pub references: References,
     /// In the order of tables; the noisy input among them.
     pub methods: Vec<Method>,
+    /// What quell gets apart, of captures as far as they have it.
+    pub split: Split,
     /// Folder for the results, created where needed.
     pub out: PathBuf,
 }

@@ -3,10 +3,10 @@
 use super::ReportOptions;
 use super::events::{Event, light_switches};
 use crate::capture::{CaptureReader, gbuffer_for, upload};
-use crate::gbuffer::GBuffer;
+use crate::gbuffer::{GBuffer, Split};
 use crate::gpu::Gpu;
 use crate::image::ImageRgb;
-use crate::scene::{Scene, gallery};
+use crate::scene::gallery;
 use crate::tracer::Sampling;
 use crate::walk::{Walk, WalkOptions};
 use anyhow::{Context, Result};
@@ -27,7 +27,7 @@ pub struct Stretch {
 
 enum Origin {
     Walk { walk: Box<Walk>, referenced: Vec<u32>, spp: u32 },
-    Capture { reader: CaptureReader, images: Option<Box<GBuffer>> },
+    Capture { reader: CaptureReader, split: Split, images: Option<Box<GBuffer>> },
 }
 
 /// A frame, ready to be denoised.
@@ -40,19 +40,22 @@ pub struct Frame<'a> {
 
 /// Samples per pixel of what is traced: the denoiser's case.
 const SPP: u32 = 1;
-/// Where in the gallery's walk the hall begins, and the room that only a far door lights, in seconds.
+/// Where in the gallery's tour the hall begins, the room that only a far door lights, and where among the reflections the
+/// camera passes from a straight line to a circle, in seconds.
 const HALL_S: f32 = 8.0;
 const DIM_ROOM_S: f32 = 16.0;
+const REFLECTIONS_S: f32 = gallery::WALK_S + 5.2;
 /// Share of the frames before the lamp goes off: history has to be there, and to be seen to recover.
 const BEFORE_SWITCH: f32 = 0.6;
 
 /// The built-in stretches of the gallery: name and start time.
-fn gallery_stretches(options: &ReportOptions) -> [(&'static str, f32); 3] {
+fn gallery_stretches(options: &ReportOptions) -> [(&'static str, f32); 4] {
     let before = (options.frames as f32 * BEFORE_SWITCH) as u32;
     [
         ("Colonnade in the sun", 0.0),
         ("Hall, the lamp goes off", switch_off(options.fps) - before as f32 / options.fps),
         ("Dim room", DIM_ROOM_S),
+        ("Reflections", REFLECTIONS_S),
     ]
 }
 
@@ -81,7 +84,9 @@ pub fn open(
     for scene in &options.scenes {
         suite.push(Stretch::walk(gpu, options, &file_name(scene), Some(scene), 0.0)?);
     }
-    suite.extend(captures.into_iter().map(|(folder, reader)| Stretch::capture(&folder, reader)));
+    suite.extend(
+        captures.into_iter().map(|(folder, reader)| Stretch::capture(&folder, reader, options.split)),
+    );
     number_equal_names(&mut suite);
     Ok(suite)
 }
@@ -124,9 +129,10 @@ impl Stretch {
                 sampling: Sampling::Uniform,
                 seed: 0,
                 jitter: false,
+                split: options.split,
             },
         )?;
-        let events = frame_events(walk.scene(), start_s, fps, frames);
+        let events = frame_events(&walk, frames);
         let referenced = referenced(options, &events)?;
         let spp = options.references.spp;
         let file = scene.map_or("the built-in gallery".to_owned(), |path| path.display().to_string());
@@ -145,7 +151,7 @@ impl Stretch {
         })
     }
 
-    fn capture(folder: &Path, reader: CaptureReader) -> Self {
+    fn capture(folder: &Path, reader: CaptureReader, split: Split) -> Self {
         let header = *reader.header();
         let cut = |frame: &u32| reader.info(*frame as usize).restart;
         let frames = reader.len() as u32;
@@ -157,7 +163,7 @@ impl Stretch {
             frames,
             events: events.collect(),
             settings: Settings { far: header.far, ..Settings::default() },
-            origin: Origin::Capture { reader, images: None },
+            origin: Origin::Capture { reader, split, images: None },
         }
     }
 
@@ -181,12 +187,14 @@ impl Stretch {
                 let reference =
                     referenced.contains(&index).then(|| walk.reference(gpu, index, *spp, progress));
                 let (gbuffer, camera) = (walk.gbuffer(), walk.view(index).camera);
-                Ok(Frame { gbuffer, camera, restart: index == 0, reference: reference.transpose()? })
+                let restart = walk.is_cut(index);
+                Ok(Frame { gbuffer, camera, restart, reference: reference.transpose()? })
             }
-            Origin::Capture { reader, images } => {
+            Origin::Capture { reader, split, images } => {
                 let frame = reader.read(index as usize).with_context(|| format!("frame {index}"))?;
                 let info = reader.info(index as usize);
                 let gbuffer = images.get_or_insert_with(|| Box::new(gbuffer_for(&gpu.device, &frame)));
+                gbuffer.split = *split;
                 upload(&gpu.device, &gpu.queue, &frame, gbuffer);
                 let reference = frame.reference_image();
                 Ok(Frame { gbuffer, camera: info.camera(), restart: info.restart, reference })
@@ -195,10 +203,16 @@ impl Stretch {
     }
 }
 
-fn frame_events(scene: &Scene, start_s: f32, fps: f32, frames: u32) -> Vec<Event> {
-    // As a walk has them, to the last bit.
-    let times: Vec<f32> = (0..frames).map(|i| start_s + i as f32 / fps).collect();
-    light_switches(scene, &times)
+fn frame_events(walk: &Walk, frames: u32) -> Vec<Event> {
+    let at = |frame: u32| {
+        if walk.is_cut(frame) {
+            return vec![Event { frame, label: "cut".to_owned() }];
+        }
+        let [(_, before_s), (scene, time_s)] = [frame - 1, frame].map(|frame| walk.scene_at(frame));
+        let switches = light_switches(scene, &[before_s, time_s]);
+        switches.into_iter().map(|event| Event { frame, ..event }).collect()
+    };
+    (1..frames).flat_map(at).collect()
 }
 
 /// Frames to trace references of: those asked for, or pairs spread over the stretch and those about its events.

@@ -2,6 +2,7 @@
 
 use super::SamplingOptions;
 use crate::cli::{finite, samples_per_pixel};
+use crate::split_args::SplitArgs;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -26,6 +27,8 @@ pub struct SamplingArgs {
     /// Another seed gives other noise
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u32,
+    #[command(flatten)]
+    pub split: SplitArgs,
     /// Folder for the results, created where needed
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -33,7 +36,7 @@ pub struct SamplingArgs {
 
 impl SamplingArgs {
     pub fn options(self) -> SamplingOptions {
-        let Self { capture, scene, start, spp, runs, seed, out } = self;
-        SamplingOptions { capture, scene, start_s: start, spp, runs, seed, out }
+        let Self { capture, scene, start, spp, runs, seed, split, out } = self;
+        SamplingOptions { capture, scene, start_s: start, spp, runs, seed, split: split.split(), out }
     }
 }

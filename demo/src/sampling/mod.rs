@@ -6,6 +6,7 @@ pub use args::SamplingArgs;
 
 use crate::capture::CaptureReader;
 use crate::correlation::spearman;
+use crate::gbuffer::Split;
 use crate::gpu::Gpu;
 use crate::image::{ImageRgb, luminance, write_png_rgb8};
 use crate::method::{Method, MethodFrame, MethodRunner, output_image};
@@ -34,6 +35,8 @@ pub struct SamplingOptions {
     /// Walks with independent noise over which all figures are averaged, 1 and up.
     pub runs: u32,
     pub seed: u32,
+    /// What quell gets apart.
+    pub split: Split,
     /// Folder for `sampling.md`, `sampling.json` and pictures, created where needed.
     pub out: PathBuf,
 }
@@ -107,6 +110,7 @@ pub fn sampling(gpu: &Gpu, options: &SamplingOptions) -> Result<SamplingReport> 
                 sampling: Sampling::Uniform,
                 seed: options.seed.wrapping_add(run),
                 jitter: false,
+                split: options.split,
             },
         )?;
         ensure_same_walk(&capture, &walk)?;
@@ -224,7 +228,7 @@ impl<'a> Run<'a> {
         let frame = MethodFrame {
             sample_budget: (self.sampling == Sampling::Adaptive).then_some(self.spp),
             debug: Some((DebugView::OutputError, &self.debug)),
-            ..MethodFrame::new(walk.gbuffer(), walk.view(index).camera, i == 0, &settings)
+            ..MethodFrame::new(walk.gbuffer(), walk.view(index).camera, walk.is_cut(index), &settings)
         };
         self.runner.encode(gpu, &mut encoder, &frame)?;
         gpu.queue.submit([encoder.finish()]);
@@ -237,7 +241,7 @@ impl<'a> Run<'a> {
             self.tally.correlations.extend(error_correlation(&expected, &image, reference));
         }
         self.last = Some(image.clone());
-        self.quality.add(i, image, reference.cloned())?;
+        self.quality.add(i, image, reference.cloned(), &[])?;
         Ok(())
     }
 

@@ -189,6 +189,31 @@ impl MeshBuilder {
         self
     }
 
+    /// Round tube along a closed curve that is nowhere vertical.
+    pub fn tube(mut self, curve: &[Vec3], radius: f32, sides: u32) -> Self {
+        let count = curve.len();
+        let first = self.vertices.len() as u32;
+        for i in 0..=count {
+            let [before, here, after] = [count + i - 1, i, i + 1].map(|k| curve[k % count]);
+            let along = (after - before).normalize_or(Vec3::X);
+            let across = Vec3::Y.cross(along).normalize_or(Vec3::X);
+            let up = along.cross(across);
+            for j in 0..=sides {
+                let t = j as f32 / sides as f32;
+                let (sin, cos) = (t * std::f32::consts::TAU).sin_cos();
+                let normal = across * cos + up * sin;
+                self.vertex(here + normal * radius, normal, Vec2::new(i as f32 / count as f32, t));
+            }
+        }
+        for i in 0..count as u32 {
+            for j in 0..sides {
+                let [a, b] = [first + i * (sides + 1) + j, first + (i + 1) * (sides + 1) + j];
+                self.triangles.extend([[a, b + 1, b], [a, a + 1, b + 1]]);
+            }
+        }
+        self
+    }
+
     /// Moves all that was built so far.
     pub fn transformed(mut self, transform: Affine3A) -> Self {
         let normal_from_object = transform.matrix3.inverse().transpose();

@@ -8,11 +8,13 @@ pub mod gallery;
 pub mod gltf;
 mod mesh;
 mod texture;
+mod tour;
 
 pub use animation::{Interpolation, Node, NodeAnimation, Track, Trs};
 pub use camera_path::{CameraPath, CameraPose};
 pub use mesh::{Mesh, MeshBuilder, Vertex};
 pub use texture::{Image, TextureRef};
+pub use tour::{Shown, Tour};
 
 use glam::{Affine3A, Vec3};
 

@@ -2,6 +2,7 @@
 
 use super::StillOptions;
 use crate::cli::{finite, positive, size};
+use crate::split_args::SplitArgs;
 use crate::tracer::Sampling;
 use clap::Args;
 use std::path::PathBuf;
@@ -36,6 +37,8 @@ pub struct StillArgs {
     /// Another seed gives other noise
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u32,
+    #[command(flatten)]
+    pub split: SplitArgs,
     /// Folder for the results, created where needed
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -55,6 +58,7 @@ impl StillArgs {
             sampling: self.sampling,
             reference_spp: self.reference,
             seed: self.seed,
+            split: self.split.split(),
             out: self.out,
         }
     }

@@ -12,6 +12,7 @@ pub use args::StillArgs;
 pub use curve::{Curve, equal_error_ratio};
 pub use rounds::{Round, Stop};
 
+use crate::gbuffer::Split;
 use crate::gpu::Gpu;
 use crate::image::write_png_rgb8;
 use crate::quality::write_json;
@@ -42,6 +43,8 @@ pub struct StillOptions {
     /// Samples per pixel of a reference to measure against; 0 for none.
     pub reference_spp: u32,
     pub seed: u32,
+    /// What quell gets apart.
+    pub split: Split,
     /// Folder for the results, created where needed.
     pub out: PathBuf,
 }
@@ -85,6 +88,7 @@ pub fn still(gpu: &Gpu, options: &StillOptions) -> Result<StillReport> {
             sampling,
             seed,
             jitter: false,
+            split: options.split,
         },
     )?;
     std::fs::create_dir_all(&options.out)

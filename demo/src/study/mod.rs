@@ -15,6 +15,7 @@ mod variants;
 
 pub use report::{Rect, StudyReport};
 
+use crate::gbuffer::Split;
 use crate::gpu::Gpu;
 use crate::image::{ImageRgb, write_png_rgb8};
 use crate::metrics::compare;
@@ -92,6 +93,8 @@ pub fn study(gpu: &Gpu, options: &StudyOptions) -> Result<StudyReport> {
             sampling: Sampling::Uniform,
             seed,
             jitter: false,
+            // Its errors are those of one signal.
+            split: Split::None,
         },
     )?;
     trace(gpu, &walk, 0, spp)?;

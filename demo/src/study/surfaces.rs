@@ -5,7 +5,7 @@ use crate::gpu::Gpu;
 use crate::image::{ImageRgb, luminance};
 use anyhow::Result;
 
-/// The denoiser's floor under albedo.
+/// What the denoiser divides black by, and mixes every albedo with.
 const ALBEDO_FLOOR: f32 = 0.1;
 /// Pixels on a side of the tiles that errors are averaged over: a quarter of the denoiser's.
 pub const TILE: u32 = 4;
@@ -50,7 +50,11 @@ impl Surfaces {
         let pixels = radiance.pixels.iter().zip(&self.emission.pixels).zip(&self.albedo.pixels);
         pixels
             .map(|((radiance, emission), albedo)| {
-                luminance([0, 1, 2].map(|c| (radiance[c] - emission[c]) / (ALBEDO_FLOOR + (1.0 - ALBEDO_FLOOR) * albedo[c])))
+                luminance(
+                    [0, 1, 2].map(|c| {
+                        (radiance[c] - emission[c]) / (ALBEDO_FLOOR + (1.0 - ALBEDO_FLOOR) * albedo[c])
+                    }),
+                )
             })
             .collect()
     }
@@ -136,6 +140,6 @@ pub mod tests {
         surfaces.albedo.pixels[1] = [0.0; 3];
         surfaces.emission.pixels[0] = [1.0; 3];
         let demodulated = surfaces.demodulated_luminance(&ImageRgb::from_fn(2, 1, |_, _| [2.0; 3]));
-        assert!((demodulated[0] - 2.0).abs() < 1e-6 && (demodulated[1] - 100.0).abs() < 1e-4);
+        assert!((demodulated[0] - 1.0 / 0.55).abs() < 1e-5 && (demodulated[1] - 20.0).abs() < 1e-4);
     }
 }

@@ -1,8 +1,10 @@
 //! A path tracer in compute shaders: what the denoiser is fed with, and the converged truth it is measured by.
 //!
 //! A frame is four passes: `visibility` finds what each pixel sees and how it moved, `surface` writes how that
-//! looks, `plan` lists the pixels that get samples, `trace` follows paths from there. All samples of a pixel share one primary hit at the pixel's centre
-//! (plus the camera's jitter), in frames and references alike, so that a reference is what a frame converges to.
+//! looks, `plan` lists the pixels that get samples, `trace` follows paths from there. A G-buffer with split images also gets
+//! `lobes`, and `trace_split` in the place of `trace`: the same paths, split by the lobe of the first hit. All samples of a pixel
+//! share one primary hit at the pixel's centre (plus the camera's jitter), in frames and references alike, so that a reference is
+//! what a frame converges to.
 
 mod frame_data;
 mod geometry;

@@ -36,6 +36,8 @@ pub(super) struct Passes {
     surface: Pass,
     plan: Pass,
     trace: Pass,
+    lobes: Pass,
+    trace_split: Pass,
     accumulate: Pass,
 }
 
@@ -59,6 +61,9 @@ impl Passes {
                 PassDescriptor { name, source, shared, bindings, constants: &[], tile: WORKGROUP };
             Ok(Pass::new(device, descriptor))
         };
+        let trace = [Texels, Store(Rgba32Float), Integers, Buffer, Buffer];
+        let lobes = [Store(Rgba32Float), Store(Rgba32Float), Store(R32Float)];
+        let trace_split: Vec<_> = trace.into_iter().chain(lobes).collect();
         Ok(Self {
             visibility: pass(
                 "visibility",
@@ -69,7 +74,12 @@ impl Passes {
                 "plan",
                 &[Texels, Integers, Store(Rgba32Float), Store(R32Uint), BufferMut, BufferMut],
             )?,
-            trace: pass("trace", &[Texels, Store(Rgba32Float), Integers, Buffer, Buffer])?,
+            trace: pass("trace", &trace)?,
+            lobes: pass(
+                "lobes",
+                &[Texels, Store(Rgba16Float), Store(Rgba32Float), Store(Rgba32Float), Store(R32Float)],
+            )?,
+            trace_split: pass("trace_split", &trace_split)?,
             accumulate: pass("accumulate", &[Texels, Texels, Store(Rgba32Float), Uniform])?,
             scene_layout,
             frame_layout,
@@ -125,7 +135,7 @@ impl Passes {
             list.clone(),
             counts.clone(),
         ];
-        let trace = [hits, radiance, sample_count, list, counts];
+        let mut trace = vec![hits.clone(), radiance, sample_count, list, counts];
         let [begin, end] = [true, false].map(|is_begin| {
             timestamps.map(|t| wgpu::ComputePassTimestampWrites {
                 query_set: t.query_set,
@@ -141,8 +151,17 @@ impl Passes {
         run(&self.visibility, &visibility, begin);
         run(&self.surface, &surface, None);
         run(&self.plan, &plan, None);
-        let own = self.trace.bind(&gpu.device, &trace);
-        self.trace.dispatch_indirect(encoder, &[scene, &frame, &own], work, end);
+        let mut tracing = &self.trace;
+        if let (Some(lobes), Some(albedo), Some(distance)) =
+            (&out.lobes, &out.specular_albedo, &out.hit_distance)
+        {
+            let split = [&lobes.rest, &lobes.specular, distance].map(image);
+            run(&self.lobes, &[&[hits, image(albedo)], &split[..]].concat(), None);
+            trace.extend(split);
+            tracing = &self.trace_split;
+        }
+        let own = tracing.bind(&gpu.device, &trace);
+        tracing.dispatch_indirect(encoder, &[scene, &frame, &own], work, end);
     }
 
     /// Records the mean of what `prev_mean` holds and of `spp` more samples, or of these alone.

@@ -3,9 +3,10 @@
 use crate::compute::{join_wgsl, wgsl_files};
 
 /// Every pass, by the name of its file, its entry point and its label.
-const PASSES: [(&str, &str); 5] = wgsl_files!["", "visibility", "surface", "plan", "trace", "accumulate"];
+const PASSES: [(&str, &str); 7] =
+    wgsl_files!["", "visibility", "surface", "lobes", "plan", "trace", "trace_split", "accumulate"];
 
-const INCLUDES: [(&str, &str); 9] = wgsl_files![
+const INCLUDES: [(&str, &str); 10] = wgsl_files![
     "",
     "include/random",
     "include/scene",
@@ -16,6 +17,7 @@ const INCLUDES: [(&str, &str); 9] = wgsl_files![
     "include/bsdf",
     "include/lights",
     "include/primary",
+    "include/path",
 ];
 
 /// Names of the passes.

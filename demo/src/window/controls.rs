@@ -45,6 +45,7 @@ pub fn is_ours(key: KeyCode) -> bool {
             | KeyC
             | KeyM
             | KeyH
+            | KeyL
             | Tab
             | Space
             | Escape
@@ -74,6 +75,7 @@ impl Controls {
             KeyCode::KeyN => (view.paused, view.step) = (true, true),
             KeyCode::KeyR => view.restart = true,
             KeyCode::KeyC => view.next_rival(),
+            KeyCode::KeyL => view.toggle_signals(),
             KeyCode::KeyF => view.free_flight = !view.free_flight,
             KeyCode::Tab | KeyCode::KeyH => view.panel = !view.panel,
             _ => {
@@ -119,6 +121,7 @@ impl Controls {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gbuffer::Split;
     use crate::method::Method;
 
     #[test]
@@ -136,6 +139,11 @@ mod tests {
         assert!(!view.panel);
         press(KeyCode::KeyF, &mut view);
         assert!(view.free_flight);
+        let [first, toggled, again] = [0; 3].map(|_| {
+            press(KeyCode::KeyL, &mut view);
+            view.signals
+        });
+        assert!(first != toggled && first == again && [first, toggled].contains(&Split::None));
         press(KeyCode::Digit2, &mut view);
         assert_eq!(view.mode, ViewMode::Rival);
         press(KeyCode::KeyC, &mut view);

@@ -1,6 +1,7 @@
 //! The side panel: what is shown, the denoiser's settings, times.
 
 use super::view_state::{RIVALS, ViewMode, ViewState, rival_name};
+use crate::gbuffer::Split;
 use crate::tracer::Sampling;
 use egui::{Color32, ComboBox, Pos2, Rect, Sense, Slider, Stroke, Ui, Vec2};
 use quell::{Budget, Centres, DebugView, Windows};
@@ -110,6 +111,11 @@ fn time_controls(ui: &mut Ui, view: &mut ViewState) {
 }
 
 fn denoiser_controls(ui: &mut Ui, view: &mut ViewState) {
+    let mut apart = view.signals != Split::None;
+    let described = "Off, reflections are denoised with all else, as if they were painted on the surface";
+    if ui.checkbox(&mut apart, "Specular radiance apart").on_hover_text(described).changed() {
+        view.toggle_signals();
+    }
     let settings = &mut view.settings;
     ui.add(Slider::new(&mut settings.max_history, 1.0..=1024.0).logarithmic(true).integer().text("History"))
         .on_hover_text("Higher keeps more detail and less noise; lower follows changes of the light sooner");
@@ -213,12 +219,13 @@ fn pass_times(ui: &mut Ui, passes: &[(String, f32)]) {
 }
 
 /// Key and what it does, as the window handles them.
-const KEYS: [(&str, &str); 12] = [
+const KEYS: [(&str, &str); 13] = [
     ("1 - 5", "image"),
     ("C", "show or change the rival"),
     ("Space", "pause"),
     ("N", "single step"),
     ("R", "restart"),
+    ("L", "specular radiance apart or not"),
     ("F", "path or free flight"),
     ("W A S D Q E", "fly"),
     ("Shift", "fly faster"),

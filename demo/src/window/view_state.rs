@@ -1,5 +1,6 @@
 //! What the window shows, and what its user has set.
 
+use crate::gbuffer::Split;
 use crate::method::Method;
 use crate::tracer::Sampling;
 use quell::{DebugView, Settings};
@@ -71,6 +72,8 @@ pub struct ViewState {
     pub spp: f32,
     /// Which pixels get them.
     pub sampling: Sampling,
+    /// What the denoiser gets apart.
+    pub signals: Split,
     /// Of the denoiser. `far` and `motion_scale` are the source's business.
     pub settings: Settings,
     /// Exposure in stops; 0 shows radiance as measured.
@@ -94,6 +97,7 @@ impl Default for ViewState {
             restart: false,
             spp: 1.0,
             sampling: Sampling::Uniform,
+            signals: Split::default(),
             settings: Settings::default(),
             exposure_ev: 0.0,
             free_flight: false,
@@ -134,6 +138,11 @@ impl ViewState {
             self.mode = ViewMode::Rival;
         }
         self.debug = None;
+    }
+
+    /// Combined radiance, or again split.
+    pub fn toggle_signals(&mut self) {
+        self.signals = if self.signals == Split::None { Split::Full } else { Split::None };
     }
 
     /// How far scene time moves with this frame, given the time since the last one. Ends a single step.

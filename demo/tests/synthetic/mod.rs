@@ -65,8 +65,34 @@ pub fn frame(index: usize) -> Frame {
     frame
 }
 
+/// The same frame, split: a third of what is not sky left through a specular lobe, towards something behind the plane.
+pub fn split_frame(index: usize) -> Frame {
+    let mut frame = frame(index);
+    let is_sky = |i: usize| (i as u32) < SKY * WIDTH;
+    let pixels = 0..frame.depth.len();
+    let share = |i: usize| if is_sky(i) { 0.0 } else { 1.0 / 3.0 };
+    frame.specular = Some(pixels.clone().map(|i| frame.radiance[i].map(|value| share(i) * value)).collect());
+    for (i, radiance) in frame.radiance.iter_mut().enumerate() {
+        *radiance = radiance.map(|value| (1.0 - share(i)) * value);
+    }
+    frame.specular_albedo = Some(pixels.clone().map(|i| [if is_sky(i) { 1.0 } else { 0.125 }; 3]).collect());
+    let distance = |i: usize| match i % 3 {
+        _ if is_sky(i) => 0.0,
+        0 => f32::INFINITY,
+        1 => 0.0,
+        _ => 1.5 + i as f32,
+    };
+    frame.hit_distance = Some(pixels.map(distance).collect());
+    frame
+}
+
 /// Writes `frames` frames to `folder`.
 pub fn write(folder: &Path, frames: usize) {
+    write_each(folder, frames, frame);
+}
+
+/// Writes `frames` frames, made by `frame`.
+pub fn write_each(folder: &Path, frames: usize, frame: impl Fn(usize) -> Frame) {
     let mut writer = CaptureWriter::create(folder, header(), false).unwrap();
     for i in 0..frames {
         writer.write_frame(&frame(i), &FrameInfo { restart: i == 0, ..info() }).unwrap();

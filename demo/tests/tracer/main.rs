@@ -4,6 +4,7 @@ mod gltf_files;
 mod sampling;
 mod scenes;
 mod shaders;
+mod split;
 
 use glam::{Affine3A, Vec2, Vec3, Vec4, vec2, vec3};
 use quell_demo::gbuffer::GBuffer;

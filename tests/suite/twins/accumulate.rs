@@ -3,11 +3,14 @@
 use super::packed::{Noise, compare_noise, half_drift, random_noise, unpack_noises};
 use super::regression::{HEAD, Model, Pixel, ROW, Tile, correlations, tiles_of};
 use super::surface::{features, position_of, same_surface, surface_features, towards_eye};
-use super::{Surface, guide, luminance, mismatches, random_history, random_signal, rgb, run, uniforms, wide};
+use super::{
+    Signal, Surface, guide, luminance, mismatches, random_history, random_signal, rgb, run, uniforms, wide,
+};
 use crate::gpu::{blank, download, download_buffer, gpu, upload, upload_buffer};
+use crate::mirror::mirrored;
 use crate::sequence::frame;
 use glam::{DVec2, Vec3};
-use quell::gpu::FrameUniforms;
+use quell::gpu::{FrameUniforms, flags};
 use quell::layout::{self, INNOVATIONS, MODEL_STRIDE, MODELS};
 use quell::passes::accumulate::{Accumulate, AccumulateViews};
 use rand::{Rng, SeedableRng, rngs::StdRng};
@@ -19,29 +22,35 @@ const SIZE: [u32; 2] = [61, 47];
 const N: usize = INNOVATIONS.columns() as usize;
 const M: usize = MODELS.columns() as usize;
 
-/// Mean and variance.
-fn spatial_spread(u: &FrameUniforms, i: usize, signal: &[[f64; 4]], surfaces: &[Surface]) -> [f64; 2] {
+/// Pixels of 7x7 on the same surface.
+fn around(u: &FrameUniforms, i: usize, surfaces: &[Surface]) -> impl Iterator<Item = usize> {
     let [width, height] = u.size.map(i64::from);
     let (x, y) = (i as i64 % width, i as i64 / width);
     let position = |x: i64, y: i64, depth| position_of(u, &u.current, DVec2::new(x as f64, y as f64), depth);
-    let mut values = vec![];
-    let mut samples = 0.0;
+    let mut found = vec![];
     for ty in (y - 3).max(0)..=(y + 3).min(height - 1) {
         for tx in (x - 3).max(0)..=(x + 3).min(width - 1) {
             let t = (ty * width + tx) as usize;
             let offset = position(tx, ty, surfaces[t].depth) - position(x, y, surfaces[i].depth);
-            if signal[t][3] > 0.0 && same_surface(&surfaces[i], &surfaces[t], offset) {
-                values.push(luminance(rgb(&signal[t])));
-                samples += signal[t][3];
+            if same_surface(&surfaces[i], &surfaces[t], offset) {
+                found.push(t);
             }
         }
     }
-    if values.len() < 2 {
+    found.into_iter()
+}
+
+/// Mean and variance.
+fn spatial_spread(u: &FrameUniforms, i: usize, signal: &[[f64; 4]], surfaces: &[Surface]) -> [f64; 2] {
+    let taps: Vec<usize> = around(u, i, surfaces).filter(|&t| signal[t][3] > 0.0).collect();
+    let samples: f64 = taps.iter().map(|&t| signal[t][3]).sum();
+    if taps.len() < 2 {
         return [0.0, luminance(rgb(&signal[i])).powi(2) * signal[i][3]];
     }
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let spread = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    let values = || taps.iter().map(|&t| luminance(rgb(&signal[t])));
+    let n = taps.len() as f64;
+    let mean = values().sum::<f64>() / n;
+    let spread = values().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
     [mean, spread * samples / n]
 }
 
@@ -55,7 +64,6 @@ struct Relit {
     most: f64,
 }
 
-/// Models of the innovation, at every other tile.
 /// Frames that the view of the surface takes to turn by the width of its lobe.
 fn memory(u: &FrameUniforms, i: usize, surface: &Surface) -> f64 {
     let width = u.size[0] as usize;
@@ -66,8 +74,10 @@ fn memory(u: &FrameUniforms, i: usize, surface: &Surface) -> f64 {
     (2.0 * surface.roughness.powi(2) / turn.max(1e-4)).max(3.0)
 }
 
+/// Models of the innovation, at every other tile.
 fn relight(
     u: &FrameUniforms,
+    signal: Signal,
     i: usize,
     surface: &Surface,
     old: [f64; 4],
@@ -80,7 +90,7 @@ fn relight(
     if surface.is_miss() || old[3] <= 0.0 {
         return unlit;
     }
-    let z = surface_features(u, i, surface);
+    let z = surface_features(u, signal, i, surface);
     let [columns, rows] = layout::innovation_centres(u.size).map(i64::from);
     let [x, y] = [i as u32 % u.size[0], i as u32 / u.size[0]].map(|p| (f64::from(p) + 0.5 - 4.0) / 16.0);
     let (mut total, mut change, mut spread) = (0.0, [0.0; 3], 0.0);
@@ -114,6 +124,29 @@ fn relight(
     }
 }
 
+/// Square of how far histories about the pixel are off in the mean, beyond chance and what is predicted; variance of a sample.
+fn drift(
+    u: &FrameUniforms,
+    i: usize,
+    signal: &[[f64; 4]],
+    old: &[[f64; 4]],
+    surfaces: &[Surface],
+    predicted: f64,
+) -> [f64; 2] {
+    let differences: Vec<[f64; 2]> = around(u, i, surfaces)
+        .filter(|&t| signal[t][3] > 0.0 && old[t][3] > 0.0)
+        .map(|t| [luminance(rgb(&signal[t])) - luminance(rgb(&old[t])), signal[t][3]])
+        .collect();
+    if differences.len() < 4 {
+        return [0.0; 2];
+    }
+    let weight: f64 = differences.iter().map(|[_, k]| k).sum();
+    let mean = differences.iter().map(|[d, k]| k * d).sum::<f64>() / weight;
+    let spread: f64 = differences.iter().map(|[d, k]| k * (d - mean).powi(2)).sum();
+    let variance = spread / (differences.len() - 1) as f64;
+    [((mean - predicted).powi(2) - 4.0 * variance / weight).max(0.0), variance]
+}
+
 /// Random models: small changes, large ones, and tiles without.
 fn random_models(random: &mut StdRng, u: &FrameUniforms) -> Vec<f32> {
     let model = |random: &mut StdRng| {
@@ -130,6 +163,7 @@ fn random_models(random: &mut StdRng, u: &FrameUniforms) -> Vec<f32> {
 /// The moments are those of the images as they are stored.
 fn check_moments(
     u: &FrameUniforms,
+    signal: Signal,
     surfaces: &[Surface],
     history: &[[f64; 4]],
     noise: &[u32],
@@ -142,7 +176,7 @@ fn check_moments(
             return None;
         }
         let mut columns = [0.0; M];
-        columns[..M - 3].copy_from_slice(&features(u, i, &surfaces[i]));
+        columns[..M - 3].copy_from_slice(&features(u, signal, i, &surfaces[i]));
         columns[M - 3..].copy_from_slice(&history[i][..3]);
         let noises = [noise[i].variance, noise[i].found(), noise[i].variance / count];
         Some(Pixel { weight: count, columns, noises })
@@ -171,12 +205,16 @@ fn check_moments(
 }
 
 /// Runs the pass on random images; how many samples the twin cut as fireflies, and how many histories were moved.
-fn check(innovation: bool, firefly_limit: f32, index: u32) -> (usize, usize) {
+fn check(of: Signal, innovation: bool, firefly_limit: f32, index: u32) -> (usize, usize) {
     let mut random = StdRng::seed_from_u64(11);
     let eye = Vec3::new(0.0, 1.4, 1.0);
     let mut frame = frame(SIZE, eye, eye, 1);
     frame.normal.iter_mut().enumerate().for_each(|(i, normal)| normal[3] = (i % 7) as f32 / 6.0);
+    if of == Signal::Specular {
+        frame = mirrored(&frame, 12);
+    }
     let mut u = uniforms(&frame, &frame);
+    u.flags |= if of == Signal::Specular { flags::SPLIT } else { 0 };
     u.firefly_limit = firefly_limit;
     u.index = index;
     // Views of some surfaces turn by more than their lobe is wide.
@@ -196,7 +234,11 @@ fn check(innovation: bool, firefly_limit: f32, index: u32) -> (usize, usize) {
     let (history, noise) = (blank(SIZE, Format::Rgba16Float), blank(SIZE, Format::R32Uint));
     let floats = layout::count(u.tiles) as usize * MODELS.tile_stride() as usize;
     let moments = upload_buffer(&vec![f32::NAN; floats]);
-    let pass = Accumulate::new(&gpu().device);
+    let device = &gpu().device;
+    let pass = match of {
+        Signal::Combined => Accumulate::new(device),
+        Signal::Specular => Accumulate::specular(device),
+    };
     run(&u, |recorder| {
         let views = AccumulateViews {
             signal: &upload(SIZE, Format::R32Uint, &signal),
@@ -213,7 +255,7 @@ fn check(innovation: bool, firefly_limit: f32, index: u32) -> (usize, usize) {
     });
     let found = wide(&download(&history));
     let found_noise: Vec<u32> = download(&noise);
-    check_moments(&u, &surfaces, &found, &found_noise, &download_buffer(&moments));
+    check_moments(&u, of, &surfaces, &found, &found_noise, &download_buffer(&moments));
 
     let (signal, old) = (super::unpack_samples(&signal, &samples), wide(&old));
     let old_noise = unpack_noises(&old_noise, &old);
@@ -225,11 +267,20 @@ fn check(innovation: bool, firefly_limit: f32, index: u32) -> (usize, usize) {
             expected_noise.push(Noise::default());
             continue;
         }
-        let relit = relight(&u, i, &surfaces[i], old[i], old_noise[i], &models);
+        let relit = relight(&u, of, i, &surfaces[i], old[i], old_noise[i], &models);
         let k = signal[i][3];
-        let memory = k.max(1.0) * memory(&u, i, &surfaces[i]);
-        forgot += usize::from(memory < relit.count);
-        let relit = Relit { count: relit.count.min(memory), ..relit };
+        let mut relit = relit;
+        let most = match of {
+            Signal::Combined => k.max(1.0) * memory(&u, i, &surfaces[i]),
+            Signal::Specular => {
+                let predicted = luminance(relit.mean) - luminance(rgb(&old[i]));
+                let [square, variance] = drift(&u, i, &signal, &old, &surfaces, predicted);
+                relit.most = if square > 0.0 { f64::INFINITY } else { relit.most };
+                relit.count / (1.0 + relit.count * square / variance.max(1e-12))
+            }
+        };
+        forgot += usize::from(most < relit.count);
+        relit.count = relit.count.min(most);
         let [r, g, b] = relit.mean;
         moved += usize::from(relit.mean != rgb(&old[i]));
         // Samples' signs flip every one, two and four frames.
@@ -293,15 +344,25 @@ fn joined_count(old: f64, k: f64) -> f64 {
 fn matches_its_twin_on_random_history() {
     // Frames in which the signs of three, one and two of the deviations flip.
     for index in [4, 5, 6] {
-        assert_eq!(check(false, f32::INFINITY, index), (0, 0));
+        assert_eq!(check(Signal::Combined, false, f32::INFINITY, index), (0, 0));
     }
-    assert_eq!(check(false, 0.01, 7), (0, 0), "without samples around nothing is known of fireflies");
+    assert_eq!(
+        check(Signal::Combined, false, 0.01, 7),
+        (0, 0),
+        "without samples around nothing is known of fireflies"
+    );
 }
 
 #[test]
 fn matches_its_twin_with_random_innovations() {
-    let (cut, moved) = check(true, f32::INFINITY, 7);
+    let (cut, moved) = check(Signal::Combined, true, f32::INFINITY, 7);
     assert!(cut == 0 && moved > 500, "{cut} {moved}");
-    let (cut, _) = check(true, 0.05, 8);
+    let (cut, _) = check(Signal::Combined, true, 0.05, 8);
     assert!(cut > 100, "{cut}");
+}
+
+#[test]
+fn matches_its_twin_on_mirrors() {
+    let (cut, moved) = check(Signal::Specular, true, 0.05, 7);
+    assert!(cut > 30 && moved > 500, "{cut} {moved}");
 }

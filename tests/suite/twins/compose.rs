@@ -1,11 +1,11 @@
 //! `compose` against its f64 twin.
 
 use super::packed::{Noise, Prediction, quieter, random_noise, unpack_noises};
-use super::surface::{of_albedo, position_of, same_surface};
-use super::{guide, luminance, mismatches, random_history, rgb, run, uniforms, wide};
+use super::surface::{Surface, of_albedo, position_of, same_surface, towards_eye};
+use super::{Signal, guide, luminance, mismatches, random_history, rgb, run, uniforms, wide};
 use crate::gpu::{blank, download, gpu, upload};
 use crate::sequence::frame;
-use glam::{DVec2, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use quell::gpu::flags;
 use quell::passes::compose::{Compose, ComposeViews};
 use rand::{Rng, SeedableRng, rngs::StdRng};
@@ -13,13 +13,24 @@ use wgpu::TextureFormat as Format;
 
 const SIZE: [u32; 2] = [61, 43];
 
-#[test]
-fn matches_its_twin_on_random_images() {
+/// What a dielectric reflects in all directions: Schlick's formula, limited by roughness.
+fn dielectric(surface: &Surface, towards: DVec3) -> f64 {
+    let grazing = (1.0 - surface.normal.dot(towards).clamp(0.0, 1.0)).powi(5);
+    0.04 + grazing * ((1.0 - surface.roughness).max(0.04) - 0.04)
+}
+
+fn check(signal: Signal, with_albedo: bool) {
     let mut random = StdRng::seed_from_u64(51);
     let eye = Vec3::new(0.0, 1.4, 1.0);
-    let frame = frame(SIZE, eye, eye, 1);
+    let mut frame = frame(SIZE, eye, eye, 1);
+    frame.normal.iter_mut().enumerate().for_each(|(i, normal)| normal[3] = (i % 9) as f32 / 8.0);
     let mut u = uniforms(&frame, &frame);
-    u.flags |= flags::EMISSION;
+    let is_specular = signal == Signal::Specular;
+    u.flags |= match (signal, with_albedo) {
+        (Signal::Combined, _) => flags::EMISSION,
+        (Signal::Specular, false) => flags::SPLIT,
+        (Signal::Specular, true) => flags::SPLIT | flags::SPECULAR_ALBEDO,
+    };
     let (words, surfaces) = guide(&frame);
     let history = random_history(&mut random, surfaces.len());
     // Predictions near the mean, so that all shares between 0 and 1 occur; none in places.
@@ -50,7 +61,12 @@ fn matches_its_twin_on_random_images() {
     let emission = half_texels(&vec![[0.25, 0.5, 0.0, 0.0]; surfaces.len()]);
     let output = blank(SIZE, Format::Rgba16Float);
     let [error, mix_weight] = [(); 2].map(|()| blank(SIZE, Format::R32Uint));
-    let pass = Compose::new(&gpu().device);
+    let rest: Vec<[half::f16; 4]> = surfaces
+        .iter()
+        .map(|_| [0.5, 0.25, 0.0, 1.0].map(|most| half::f16::from_f32(most * random.random::<f32>())))
+        .collect();
+    let device = &gpu().device;
+    let pass = if is_specular { Compose::specular(device) } else { Compose::new(device) };
     let views = ComposeViews {
         guide: &upload(SIZE, Format::Rg32Uint, &words),
         prediction: &upload(SIZE, Format::Rg32Uint, &prediction),
@@ -58,6 +74,7 @@ fn matches_its_twin_on_random_images() {
         noise: &upload(SIZE, Format::R32Uint, &noise),
         albedo: &upload(SIZE, Format::Rgba16Float, &albedo),
         emission: &upload(SIZE, Format::Rgba16Float, &emission),
+        rest: &upload(SIZE, Format::Rgba16Float, &rest),
         output: &output,
         error: &error,
         mix_weight: &mix_weight,
@@ -73,7 +90,7 @@ fn matches_its_twin_on_random_images() {
         download::<[half::f16; 2]>(&error).into_iter().map(|parts| parts.map(|part| part.to_f64())).collect();
     let found_share: Vec<f64> = download::<f32>(&mix_weight).into_iter().map(f64::from).collect();
 
-    let (history, albedo) = (wide(&history), wide(&albedo));
+    let (history, albedo, rest) = (wide(&history), wide(&albedo), wide(&rest));
     let prediction: Vec<Prediction> = prediction.into_iter().map(Prediction::unpack).collect();
     let counts = |i: usize| history[i][3] > 0.0 && prediction[i].is_known();
     let [width, height] = SIZE.map(|side| side as usize);
@@ -97,13 +114,22 @@ fn matches_its_twin_on_random_images() {
     let mean = |taps: &[usize], value: &dyn Fn(usize) -> f64| {
         taps.iter().map(|&t| value(t)).sum::<f64>() / taps.len().max(1) as f64
     };
+    let rest_at = |i: usize| if is_specular { rest[i] } else { [0.0; 4] };
+    let reflectance_at = |i: usize| -> [f64; 3] {
+        match (signal, with_albedo) {
+            (Signal::Combined, _) => std::array::from_fn(|c| of_albedo(albedo[i][c])),
+            (Signal::Specular, true) => std::array::from_fn(|c| albedo[i][c].max(0.02)),
+            (Signal::Specular, false) => [dielectric(&surfaces[i], towards_eye(&u.current, position(i))); 3],
+        }
+    };
     let (mut expected, mut expected_share, mut expected_error) = (vec![], vec![], vec![]);
     for i in 0..surfaces.len() {
         if surfaces[i].is_miss() {
             // The history holds its radiance.
-            expected.push([history[i][0], history[i][1], history[i][2], 1.0]);
+            let seen: [f64; 3] = std::array::from_fn(|c| history[i][c] + rest_at(i)[c]);
+            expected.push([seen[0], seen[1], seen[2], 1.0]);
             expected_share.push(1.0);
-            expected_error.push([0.0, luminance(rgb(&history[i]))]);
+            expected_error.push([rest_at(i)[3], luminance(seen)]);
             continue;
         }
         let pool = around(i, 2);
@@ -113,11 +139,19 @@ fn matches_its_twin_on_random_images() {
             2.0 * Noise { deviations, ..Noise::default() }.found()
         };
         let smooth: f64 = pool.iter().map(|&t| mean(&around(t, 1), &residual).powi(2)).sum();
-        let beyond = (smooth - pool.iter().map(|&t| smooth_noise(t)).sum::<f64>()).max(0.0);
-        let error = if beyond > 0.0 { beyond * beyond / smooth } else { 0.0 };
+        let chance = pool.iter().map(|&t| smooth_noise(t)).sum::<f64>();
+        let beyond = (smooth - chance).max(0.0);
+        let error = if is_specular || surfaces[i].roughness < 0.5 {
+            (smooth - 0.5 * chance).max(0.0)
+        } else if beyond > 0.0 {
+            beyond * beyond / smooth
+        } else {
+            0.0
+        };
         let of_mean = |t: &usize| prediction[*t].error_of_mean(noise[*t].variance, history[*t][3]);
         let variance = pool.iter().map(of_mean).sum::<f64>();
-        let variance = variance.max(pool.iter().map(|&t| noise[t].found()).sum());
+        let found = pool.iter().map(|&t| noise[t].found()).sum::<f64>();
+        let variance = if is_specular { found } else { variance.max(found) };
         let share = if !prediction[i].is_known() {
             1.0 // the temporal mean is all there is
         } else if !counts(i) || error == 0.0 {
@@ -127,7 +161,8 @@ fn matches_its_twin_on_random_images() {
         };
         let colour: [f64; 3] = std::array::from_fn(|c| {
             let filtered = prediction[i].signal[c] + share * (history[i][c] - prediction[i].signal[c]);
-            filtered * of_albedo(albedo[i][c]) + [0.25, 0.5, 0.0][c]
+            let added = if is_specular { rest[i][c] } else { [0.25, 0.5, 0.0][c] };
+            filtered * reflectance_at(i)[c] + added
         });
         // What is left of the mean's noise and of the model's error, and noise of the model: twelve coefficients, 320 pixels.
         let per_pixel = |sum: f64| sum / pool.len() as f64;
@@ -139,10 +174,10 @@ fn matches_its_twin_on_random_images() {
             let own_noise = rest * 12.0 / 320.0;
             per_pixel(variance) * (share * share + own_noise) + rest * rest * per_pixel(error)
         };
-        let reflectance = std::array::from_fn(|c| of_albedo(albedo[i][c]));
         expected.push([colour[0], colour[1], colour[2], 1.0]);
         expected_share.push(share);
-        expected_error.push([square.sqrt() * luminance(reflectance), luminance(colour)]);
+        let deviation = (square.sqrt() * luminance(reflectance_at(i))).hypot(rest_at(i)[3]);
+        expected_error.push([deviation, luminance(colour)]);
     }
     let mixed = expected_share.iter().filter(|&&s| s > 0.1 && s < 0.9).count();
     assert!(mixed > 100, "the test shows too few mixed pixels: {mixed}");
@@ -154,10 +189,21 @@ fn matches_its_twin_on_random_images() {
             <= 0.005
     );
     // The comparator notices errors of the irradiance instead of the radiance, and an output without its emission.
-    expected_error.iter_mut().zip(&albedo).for_each(|(e, albedo)| e[0] /= of_albedo(albedo[0]));
+    expected_error.iter_mut().enumerate().for_each(|(i, e)| e[0] /= reflectance_at(i)[0]);
     assert!(
         mismatches(found_error.as_flattened(), expected_error.as_flattened(), 2.0_f64.powi(-9), 2e-3) > 0.2
     );
     expected.iter_mut().for_each(|p| p[1] -= 0.5);
     assert!(mismatches(found.as_flattened(), expected.as_flattened(), 2.0_f64.powi(-9), 2e-3) > 0.2);
+}
+
+#[test]
+fn matches_its_twin_on_random_images() {
+    check(Signal::Combined, true);
+}
+
+#[test]
+fn matches_its_twin_on_the_specular_signal() {
+    check(Signal::Specular, true);
+    check(Signal::Specular, false);
 }

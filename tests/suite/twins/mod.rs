@@ -20,6 +20,13 @@ use quell::{Centres, Windows, layout};
 use rand::{Rng, rngs::StdRng};
 use surface::Surface;
 
+/// What a pass works on: all radiance, or what of it left the first hit through the specular lobe.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Signal {
+    Combined,
+    Specular,
+}
+
 /// Uniforms of a frame that follows `previous`.
 fn uniforms(frame: &Frame, previous: &Frame) -> FrameUniforms {
     let mut uniforms = FrameUniforms {
@@ -48,13 +55,27 @@ fn run(uniforms: &FrameUniforms, record: impl FnOnce(&mut Recorder<'_>)) {
         usage: wgpu::BufferUsages::UNIFORM,
     });
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    record(&mut Recorder { device: &gpu.device, encoder: &mut encoder, frame: &buffer, timestamps: None });
+    record(&mut Recorder {
+        device: &gpu.device,
+        encoder: &mut encoder,
+        frame: &buffer,
+        timestamps: None,
+        is_specular: false,
+    });
     gpu.queue.submit([encoder.finish()]);
 }
 
 /// The guide image of a frame: words for the GPU, and what they mean.
 fn guide(frame: &Frame) -> (Vec<[u32; 2]>, Vec<Surface>) {
-    let read = |i| surface::pack(&surface::read(frame, f64::INFINITY, i));
+    let u = uniforms(frame, frame);
+    let read = |i| {
+        let mut surface = surface::read(frame, f64::INFINITY, i);
+        if let Some(&hit) = frame.hit_distance.get(i) {
+            let eye = surface::position_of(&u, &u.current, surface::pixel(&u, i), surface.depth).length();
+            surface.cue = eye / (eye + f64::from(hit));
+        }
+        surface::pack(&surface)
+    };
     let words: Vec<_> = (0..frame.depth.len()).map(read).collect();
     let surfaces = words.iter().map(|&w| surface::unpack(w)).collect();
     (words, surfaces)

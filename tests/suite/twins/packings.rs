@@ -79,7 +79,7 @@ fn case(numbers: &[f64]) -> [f32; NUMBERS] {
 const SURFACE: &str = "
     w = pack_surface(Surface(vec3(g[0], g[1], g[2]), g[3], g[4], g[5], u32(g[6])));
     let s = unpack_surface(w);
-    f = array(s.normal.x, s.normal.y, s.normal.z, s.depth, s.inverse_albedo, s.roughness, f32(s.id), 0.0);";
+    f = array(s.normal.x, s.normal.y, s.normal.z, s.depth, s.cue, s.roughness, f32(s.id), 0.0);";
 
 #[test]
 fn surfaces_keep_what_their_bits_allow() {
@@ -93,7 +93,7 @@ fn surfaces_keep_what_their_bits_allow() {
             Surface {
                 normal: if i < 27 { corner } else { any }.try_normalize().unwrap_or(DVec3::Z),
                 depth: random.random_range(-19.0..19.0_f64).exp2().powi(i as i32 % 3 + 1),
-                inverse_albedo: random.random_range(0.1..=1.0),
+                cue: random.random_range(0.1..=1.0),
                 roughness: random.random_range(0.0..=1.0),
                 id: random.random_range(0..1024),
             }
@@ -101,7 +101,7 @@ fn surfaces_keep_what_their_bits_allow() {
         .collect();
     let given = surfaces.iter().map(|s| {
         let [x, y, z] = s.normal.to_array();
-        case(&[x, y, z, s.depth, s.inverse_albedo, s.roughness, s.id.into()])
+        case(&[x, y, z, s.depth, s.cue, s.roughness, s.id.into()])
     });
     let mut unequal = 0;
     for ((words, found), s) in probe(SURFACE, &given.collect::<Vec<_>>()).into_iter().zip(&surfaces) {
@@ -110,12 +110,12 @@ fn surfaces_keep_what_their_bits_allow() {
         let twin = unpack(words);
         let normal = DVec3::new(found[0], found[1], found[2]);
         assert!((normal - twin.normal).length() < 1e-6, "{normal} {s:?}");
-        let read = [twin.depth, twin.inverse_albedo, twin.roughness, f64::from(twin.id)];
+        let read = [twin.depth, twin.cue, twin.roughness, f64::from(twin.id)];
         assert!(found[3..7].iter().zip(read).all(|(f, t)| (f - t).abs() <= 1e-6 * t), "{found:?} {twin:?}");
         // Half a step of 1/1023 in each axis of the octahedron's square, stretched by up to 3.
         assert!(normal.angle_between(s.normal) < 0.5 * 2.0_f64.sqrt() / 1023.0 * 3.0, "{normal} {s:?}");
         assert!((found[3] / s.depth - 1.0).abs() < 1.001 / 16384.0, "{found:?} {s:?}");
-        assert!((found[4].sqrt() - s.inverse_albedo.sqrt()).abs() < 0.501 / 127.0);
+        assert!((found[4].sqrt() - s.cue.sqrt()).abs() < 0.501 / 127.0);
         assert!((found[5] - s.roughness).abs() < 0.501 / 31.0);
         assert_eq!(found[6], f64::from(s.id));
     }
@@ -130,7 +130,7 @@ fn surfaces_at_the_ends_of_their_ranges() {
     let found: Vec<_> = probe(SURFACE, &given).into_iter().map(|(_, found)| found).collect();
     for f in &found {
         assert_eq!(f[..3], [0.0, 0.0, -1.0]);
-        assert_eq!(f[4..7], [1.0, 1.0, 1023.0]); // no albedo is more inverse
+        assert_eq!(f[4..7], [1.0, 1.0, 1023.0]); // beyond 1 nothing is nearer
     }
     // A miss stays one, and nothing else becomes one.
     assert_eq!(found[0][3], 0.0);

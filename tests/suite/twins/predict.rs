@@ -3,8 +3,9 @@
 use super::packed::{Prediction, RELATIVE_NOISE_STEPS};
 use super::regression::{HEAD, Model, ROW};
 use super::surface::features;
-use super::{guide, mismatches, run, uniforms};
+use super::{Signal, guide, mismatches, run, uniforms};
 use crate::gpu::{blank, download, gpu, upload, upload_buffer, upload_words};
+use crate::mirror::mirrored;
 use crate::sequence::frame;
 use glam::Vec3;
 use quell::layout::{self, MODEL_STRIDE, MODELS};
@@ -17,11 +18,13 @@ const N: usize = MODELS.columns() as usize;
 /// Half a window's width, by window from 1.
 const REACHES: [f64; 4] = [0.0, 12.0, 12.0, 20.0];
 
-#[test]
-fn matches_its_twin_for_random_windows() {
+fn check(signal: Signal) {
     let mut random = StdRng::seed_from_u64(41);
     let eye = Vec3::new(0.0, 1.4, 1.0);
-    let frame = frame(SIZE, eye, eye, 1);
+    let mut frame = frame(SIZE, eye, eye, 1);
+    if signal == Signal::Specular {
+        frame = mirrored(&frame, 2);
+    }
     let u = uniforms(&frame, &frame);
     let (words, surfaces) = guide(&frame);
     let [columns, rows] = layout::tiles(SIZE);
@@ -48,7 +51,11 @@ fn matches_its_twin_for_random_windows() {
         })
         .collect();
     let prediction = blank(SIZE, Format::Rg32Uint);
-    let pass = Predict::new(&gpu().device);
+    let device = &gpu().device;
+    let pass = match signal {
+        Signal::Combined => Predict::new(device),
+        Signal::Specular => Predict::specular(device),
+    };
     run(&u, |recorder| {
         let views = PredictViews {
             guide: &upload(SIZE, Format::Rg32Uint, &words),
@@ -71,7 +78,7 @@ fn matches_its_twin_for_random_windows() {
             expected.push(flat(&Prediction::NONE));
             continue;
         }
-        let z = features(&u, i, surface);
+        let z = features(&u, signal, i, surface);
         let (x, y) = ((i as u32 % SIZE[0]) as f64 + 0.5, (i as u32 / SIZE[0]) as f64 + 0.5);
         let (mut sum, mut gain, mut relative_noise, mut total) = ([0.0; 3], 0.0, 0.0, 0.0);
         // Every model of the image: those that do not reach the pixel have weight 0.
@@ -111,4 +118,14 @@ fn matches_its_twin_for_random_windows() {
     assert_eq!(wrong(&expected), [0.0; 3]);
     expected.iter_mut().for_each(|p| (p[1], p[3], p[4]) = (p[1] + 0.05, p[3] + 0.01, p[4] + 1.0));
     assert!(wrong(&expected).iter().all(|&share| share > 0.1), "{:?}", wrong(&expected));
+}
+
+#[test]
+fn matches_its_twin_for_random_windows() {
+    check(Signal::Combined);
+}
+
+#[test]
+fn matches_its_twin_for_random_windows_on_mirrors() {
+    check(Signal::Specular);
 }

@@ -1,7 +1,7 @@
 //! Surfaces, views and features in f64.
 
-use super::luminance;
 use super::packed::pcg;
+use super::{Signal, luminance};
 use crate::sequence::Frame;
 use glam::{DMat3, DVec2, DVec3};
 use quell::gpu::{FrameUniforms, ViewUniforms};
@@ -11,7 +11,8 @@ use quell::layout::{MODELS, SURFACE_FEATURES};
 pub struct Surface {
     pub normal: DVec3,
     pub depth: f64,
-    pub inverse_albedo: f64,
+    /// 0.1 / luminance of the demodulator; of the specular signal, how near what it reflects is.
+    pub cue: f64,
     pub roughness: f64,
     pub id: u32,
 }
@@ -22,7 +23,6 @@ impl Surface {
     }
 }
 
-const LARGEST_INVERSE_ALBEDO: f64 = 1.0;
 const IDS: u32 = 1024;
 
 /// What is known of a pixel of a frame's images (whose albedo, normal and roughness are half floats), repaired.
@@ -36,7 +36,7 @@ pub fn read(frame: &Frame, far: f64, i: usize) -> Surface {
     Surface {
         normal: if usable { n.normalize() } else { DVec3::Z },
         depth: if hit { depth } else { 0.0 },
-        inverse_albedo: 0.1 / luminance(demodulator(frame, i)),
+        cue: 0.1 / luminance(demodulator(frame, i)),
         roughness: if roughness.is_finite() { roughness.clamp(0.0, 1.0) } else { 1.0 },
         id: pcg(frame.id[i]) % IDS,
     }
@@ -58,7 +58,7 @@ fn sign(v: f64) -> f64 {
     if v >= 0.0 { 1.0 } else { -1.0 }
 }
 
-/// Normal 11 + 11 bits, id 10; roughness 5, 1/albedo 7, depth 20.
+/// Normal 11 + 11 bits, id 10; roughness 5, cue 7, depth 20.
 pub fn pack(s: &Surface) -> [u32; 2] {
     let n = s.normal;
     let mut e = n.truncate() / (n.x.abs() + n.y.abs() + n.z.abs());
@@ -66,12 +66,10 @@ pub fn pack(s: &Surface) -> [u32; 2] {
         e = DVec2::new((1.0 - e.y.abs()) * sign(e.x), (1.0 - e.x.abs()) * sign(e.y));
     }
     let signed = |v: f64| ((v * 1023.0).round() + 1023.0) as u32;
-    let material = (s.inverse_albedo / LARGEST_INVERSE_ALBEDO).clamp(0.0, 1.0).sqrt();
+    let cue = s.cue.clamp(0.0, 1.0).sqrt();
     [
         signed(e.x) | signed(e.y) << 11 | s.id << 22,
-        (s.roughness * 31.0).round() as u32
-            | ((material * 127.0).round() as u32) << 5
-            | pack_depth(s.depth) << 12,
+        (s.roughness * 31.0).round() as u32 | ((cue * 127.0).round() as u32) << 5 | pack_depth(s.depth) << 12,
     ]
 }
 
@@ -106,7 +104,7 @@ pub fn unpack([low, high]: [u32; 2]) -> Surface {
     Surface {
         normal: xy.extend(z).normalize(),
         depth: unpack_depth(high >> 12),
-        inverse_albedo: (f64::from(high >> 5 & 127) / 127.0).powi(2) * LARGEST_INVERSE_ALBEDO,
+        cue: (f64::from(high >> 5 & 127) / 127.0).powi(2),
         roughness: f64::from(high & 31) / 31.0,
         id: low >> 22,
     }
@@ -152,19 +150,35 @@ pub fn same_surface(a: &Surface, b: &Surface, offset: DVec3) -> bool {
 }
 
 /// The feature table.
-pub fn surface_features(frame: &FrameUniforms, i: usize, s: &Surface) -> [f64; SURFACE_FEATURES as usize] {
-    let p = position_of(frame, &frame.current, pixel(frame, i), s.depth);
+pub fn surface_features(
+    frame: &FrameUniforms,
+    signal: Signal,
+    i: usize,
+    s: &Surface,
+) -> [f64; SURFACE_FEATURES as usize] {
+    let mut p = position_of(frame, &frame.current, pixel(frame, i), s.depth);
+    if signal == Signal::Specular {
+        // That of what is reflected.
+        let view = -towards_eye(&frame.current, p);
+        let distance = p.length() * (1.0 / s.cue.max(0.0625) - 1.0);
+        p += (view - 2.0 * s.normal.dot(view) * s.normal) * distance;
+    }
     let id = f64::from(s.id) * 2.0 / f64::from(IDS - 1) - 1.0;
-    [s.normal.x, s.normal.y, s.normal.z, p.x, p.y, p.z, s.inverse_albedo, id, s.roughness]
+    [s.normal.x, s.normal.y, s.normal.z, p.x, p.y, p.z, s.cue, id, s.roughness]
 }
 
 /// With those that only the models of the prediction have.
-pub fn features(frame: &FrameUniforms, i: usize, s: &Surface) -> [f64; MODELS.features as usize] {
-    let (own, pixel) = (surface_features(frame, i, s), pixel(frame, i));
+pub fn features(
+    frame: &FrameUniforms,
+    signal: Signal,
+    i: usize,
+    s: &Surface,
+) -> [f64; MODELS.features as usize] {
+    let (own, pixel) = (surface_features(frame, signal, i, s), pixel(frame, i));
     std::array::from_fn(|f| *own.get(f).unwrap_or(if f == own.len() { &pixel.x } else { &pixel.y }))
 }
 
-fn pixel(frame: &FrameUniforms, i: usize) -> DVec2 {
+pub fn pixel(frame: &FrameUniforms, i: usize) -> DVec2 {
     let width = frame.size[0] as usize;
     DVec2::new((i % width) as f64, (i / width) as f64)
 }

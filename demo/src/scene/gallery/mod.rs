@@ -1,4 +1,6 @@
-//! The default scene, built in code: a colonnade in the sun and a hall behind it that only indirect light reaches.
+//! The default tour, built in code: a walk through the gallery, then a room of reflections (a scene of its own).
+//!
+//! The gallery is a colonnade in the sun and a hall behind it that only indirect light reaches.
 //!
 //! What each part is there for: columns, sharp sun shadows under a moving camera; checker floor, glossy
 //! reflections; hall, indirect light through doors and a high gap; lamp, light that changes at once; torus and
@@ -7,13 +9,15 @@
 //! x runs along the building, +z is out into the sun. The wall between colonnade and hall is at z = 0.
 
 mod looks;
+mod reflections;
 mod textures;
 
 use super::{
-    CameraPath, Interpolation, Material, MeshBuilder, Node, NodeAnimation, Scene, Sky, Sun, Track, Trs,
+    CameraPath, Interpolation, Material, MeshBuilder, Node, NodeAnimation, Scene, Sky, Sun, Tour, Track, Trs,
 };
 use glam::{Affine3A, Quat, Vec3, vec3};
 use looks::Looks;
+use reflections::reflections;
 
 const HALF_LENGTH: f32 = 9.0;
 const DEPTH: f32 = 5.5;
@@ -28,8 +32,13 @@ const SLOT: f32 = 0.9;
 /// Doors are at plus and minus this x.
 const DOOR: f32 = 6.0;
 const DOOR_HALF_WIDTH: f32 = 1.05;
-/// Seconds of the walk.
-const LOOP: f32 = 24.0;
+/// Seconds of the walk, after which the tour goes on in the room of reflections.
+pub const WALK_S: f32 = 24.0;
+
+/// The walk through the gallery, then a room that is all reflections.
+pub fn tour() -> Tour {
+    Tour::new("gallery", vec![(gallery(), WALK_S), (reflections(), reflections::LENGTH_S)])
+}
 
 /// The gallery. Loads nothing; the same on every run.
 pub fn gallery() -> Scene {
@@ -354,5 +363,5 @@ fn walk() -> CameraPath {
         (eye(-5.9, -0.9), at(-5.4, 1.5, 3.0)),
         (eye(-6.3, 1.2), at(-2.2, 1.5, 4.4)),
     ];
-    CameraPath::Spline { points, vertical_fov: 1.05, duration: LOOP, closed: true }
+    CameraPath::Spline { points, vertical_fov: 1.05, duration: WALK_S, closed: true }
 }

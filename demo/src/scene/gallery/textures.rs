@@ -33,6 +33,45 @@ pub(super) fn checker_roughness() -> Image {
     })
 }
 
+/// Four by four dark tiles, wet; light joints.
+pub(super) fn wet_tiles() -> Image {
+    Image::from_fn("wet tiles", SIZE, |uv| {
+        let (id, joint) = tile(uv);
+        let slate = vec3(0.035, 0.038, 0.042) * (0.7 + 0.6 * id) * (0.8 + 0.4 * fbm(uv, 16.0));
+        // Water darkens what it soaks into.
+        let soaked = 1.0 - 0.35 * puddle(uv);
+        srgb(if joint { vec3(0.16, 0.15, 0.14) } else { slate } * soaked)
+    })
+}
+
+/// Roughness in green: 0.03 where water stands, up to 0.3 where it has dried.
+pub(super) fn wet_tiles_roughness() -> Image {
+    Image::from_fn("wet tiles roughness", SIZE, |uv| {
+        let (id, joint) = tile(uv);
+        let dry = if joint { 0.6 } else { 0.13 + 0.12 * id + 0.05 * fbm(uv, 32.0) };
+        [255, byte(dry + (0.03 - dry) * puddle(uv)), 0, 255]
+    })
+}
+
+/// Identity of the tile, and whether it is its joint.
+fn tile(uv: Vec2) -> (f32, bool) {
+    let within = (uv * 4.0).fract();
+    (hash((uv * 4.0).floor()), within.min(1.0 - within).min_element() < 0.012)
+}
+
+/// 1 under standing water, 0 where it is dry.
+fn puddle(uv: Vec2) -> f32 {
+    smooth(0.50, 0.56, fbm(uv + 0.13, 3.0))
+}
+
+/// Roughness in green: fine streaks along u.
+pub(super) fn streaks() -> Image {
+    Image::from_fn("streaks", SIZE, |uv| {
+        let streak = fbm(Vec2::new(0.0625 * uv.x, uv.y), 64.0);
+        [255, byte(0.35 + 0.65 * streak), 255, 255]
+    })
+}
+
 const PLANKS: f32 = 6.0;
 
 /// Along u; every plank starts elsewhere.

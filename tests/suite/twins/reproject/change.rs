@@ -1,19 +1,21 @@
 //! The moments of the change of the light, of the images as the pass wrote them.
 
 use super::super::packed::unpack_noises;
-use super::super::regression::{Pixel, Tile, tiles_of};
+use super::super::regression::{Pixel, Tile, correlations, tiles_of};
 use super::super::surface::surface_features;
-use super::super::{luminance, mismatches, rgb, unpack_samples};
+use super::super::{Signal, luminance, mismatches, rgb, unpack_samples};
 use super::{Ran, flat, no_emission, run_pass};
+use crate::mirror::mirrored;
 use crate::sequence::{Frame, frame};
 use glam::Vec3;
+use quell::gpu::flags;
 use quell::layout::{INNOVATIONS, SURFACE_FEATURES};
 use rand::{Rng, SeedableRng, rngs::StdRng};
 
 const N: usize = INNOVATIONS.columns() as usize;
 
 /// Of the pixels that have a surface, samples and history.
-fn expected(ran: &Ran, frame: &Frame) -> Vec<Tile<N>> {
+fn expected(ran: &Ran, frame: &Frame, signal: Signal) -> Vec<Tile<N>> {
     let noise = unpack_noises(&ran.noise, &ran.history);
     let samples = unpack_samples(&ran.signal, &frame.samples);
     tiles_of(frame.size, false, |i| {
@@ -24,6 +26,7 @@ fn expected(ran: &Ran, frame: &Frame) -> Vec<Tile<N>> {
         let mut columns = [0.0; N];
         columns[..SURFACE_FEATURES as usize].copy_from_slice(&surface_features(
             &ran.uniforms,
+            signal,
             i,
             &ran.surfaces[i],
         ));
@@ -33,20 +36,42 @@ fn expected(ran: &Ran, frame: &Frame) -> Vec<Tile<N>> {
     })
 }
 
-#[test]
-fn matches_its_twin_on_every_tile() {
+fn check(signal: Signal) {
     let size = [45, 35]; // not a multiple of the tile
     let mut random = StdRng::seed_from_u64(22);
     let (from, to) = (Vec3::new(0.0, 1.4, 1.0), Vec3::new(0.05, 1.42, 0.9));
-    let (before, mut now) = (frame(size, from, from, 1), frame(size, to, from, 2));
+    let (mut before, mut now) = (frame(size, from, from, 1), frame(size, to, from, 2));
     now.normal.iter_mut().for_each(|n| n[3] = random.random());
     now.samples.iter_mut().for_each(|samples| *samples = [0, 1, 1, 2, 3, 8, 40][random.random_range(0..7)]);
-    let ran = run_pass(&now, &before, &flat(&now.motion), &no_emission(&now), |flags| flags, 23);
-    let tiles = expected(&ran, &now);
+    let mut flags = 0;
+    if signal == Signal::Specular {
+        [before, now] = [mirrored(&before, 5), mirrored(&now, 6)];
+        flags = flags::SPLIT | flags::HIT_DISTANCE;
+    }
+    let ran = run_pass(&now, &before, &flat(&now.motion), &no_emission(&now), |own| own | flags, 23);
+    let tiles = expected(&ran, &now, signal);
     assert!(tiles.iter().filter(|tile| tile.rows.len() > 20).count() > 15, "the test shows too little");
     let mut expected: Vec<f64> = tiles.iter().flat_map(Tile::flat).collect();
-    // Sums of 64 products of f32 with weights up to 40; squares near 0 keep the rounding of the terms they cancel from.
-    assert_eq!(mismatches(&ran.moments, &expected, 1e-4, 1e-3), 0.0);
+    let wrong = |expected: &[f64]| match signal {
+        // Sums of 64 products of f32 with weights up to 40; squares near 0 keep the rounding of the terms they cancel from.
+        Signal::Combined => mismatches(&ran.moments, expected, 1e-4, 1e-3),
+        // What is reflected may lie far away, and its squares are rounded as those of their size.
+        Signal::Specular => {
+            let [found, expected] = [&ran.moments, expected].map(|tiles| correlations::<N>(tiles, expected));
+            mismatches(&found, &expected, 1e-4, 1e-3)
+        }
+    };
+    assert_eq!(wrong(&expected), 0.0);
     expected.iter_mut().step_by(N).for_each(|v| *v += 0.1);
-    assert!(mismatches(&ran.moments, &expected, 1e-4, 1e-3) > 0.01);
+    assert!(wrong(&expected) > 0.01);
+}
+
+#[test]
+fn matches_its_twin_on_every_tile() {
+    check(Signal::Combined);
+}
+
+#[test]
+fn matches_its_twin_on_every_tile_of_mirrors() {
+    check(Signal::Specular);
 }

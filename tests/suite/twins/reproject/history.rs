@@ -1,5 +1,6 @@
 //! Where a pixel's surface was, and what history it has there.
 
+use super::super::luminance;
 use super::super::packed::Noise;
 use super::super::surface::{Surface, position_at, position_of, project};
 use glam::{DVec2, DVec3};
@@ -14,10 +15,12 @@ pub struct Previous {
 
 /// Texel, position relative to the previous eye, surface and tolerance of a pixel's origin.
 pub struct Origin {
-    texel: DVec2,
-    position: DVec3,
-    surface: Surface,
-    tolerance: f64,
+    pub texel: DVec2,
+    pub position: DVec3,
+    pub surface: Surface,
+    pub tolerance: f64,
+    /// Of what the specular signal shows.
+    pub nearness: Option<f64>,
 }
 
 pub fn find_origin(u: &FrameUniforms, i: usize, surface: Surface, motion: [f32; 3]) -> Option<Origin> {
@@ -45,7 +48,7 @@ pub fn find_origin(u: &FrameUniforms, i: usize, surface: Surface, motion: [f32; 
         (surface.depth, 10.0)
     };
     let position = position_at(&u.previous, sampled + offset, depth);
-    Some(Origin { texel, position, surface, tolerance: 0.01 * surface.depth * slack })
+    Some(Origin { texel, position, surface, tolerance: 0.01 * surface.depth * slack, nearness: None })
 }
 
 /// Index of a tap that belongs to the origin's surface.
@@ -60,7 +63,8 @@ fn tap(u: &FrameUniforms, texel: DVec2, origin: &Origin, previous: &Previous) ->
     let belongs = !tap.is_miss()
         && tap.id == origin.surface.id
         && tap.normal.dot(origin.surface.normal) > 0.8
-        && tap.normal.dot(offset).abs() < origin.tolerance;
+        && tap.normal.dot(offset).abs() < origin.tolerance
+        && origin.nearness.is_none_or(|nearness| (nearness - tap.cue).abs() <= 0.01 + tap.roughness);
     belongs.then_some(index)
 }
 
@@ -112,7 +116,16 @@ pub fn fetch(u: &FrameUniforms, origin: &Origin, previous: &Previous) -> ([f64; 
             }
         }
         if let Some(sharp) = sharp {
-            (0..3).for_each(|c| history[c] = sharp[c].max(0.0));
+            let inner = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(x, y)| {
+                let at = base + DVec2::new(x, y);
+                previous.history[(at.y * f64::from(u.size[0]) + at.x) as usize]
+            });
+            let [least, most] = [f64::min, f64::max].map(|pick| {
+                inner.map(|tap| luminance([tap[0], tap[1], tap[2]])).into_iter().reduce(pick).unwrap()
+            });
+            let sharp_mean = [sharp[0], sharp[1], sharp[2]].map(|c| c.max(0.0));
+            let l = luminance(sharp_mean);
+            (0..3).for_each(|c| history[c] = sharp_mean[c] * l.clamp(least, most) / l.max(1e-30));
             noise.deviations.copy_from_slice(&sharp[3..]);
         }
     }

@@ -97,7 +97,7 @@ fn inputs_are_repaired_and_packed_as_by_the_twin() {
             // A step of 1/1023 in each axis of the octahedron's square, stretched by up to 3.
             && found.normal.dot(twin.normal) > (3.0 * 2.0_f64.sqrt() / 1023.0).cos()
             && (found.roughness - twin.roughness).abs() < 1.01 / 31.0
-            && (found.inverse_albedo.sqrt() - twin.inverse_albedo.sqrt()).abs() < 1.01 / 127.0
+            && (found.cue.sqrt() - twin.cue.sqrt()).abs() < 1.01 / 127.0
             && (found.depth - twin.depth).abs() <= twin.depth / 8191.0;
         assert!(close, "pixel {i}: {found:?} {twin:?}");
     }

@@ -3,6 +3,7 @@
 mod change;
 mod history;
 mod inputs;
+mod reflection;
 
 use super::packed::{Noise, compare_noise, half_drift, random_noise, unpack_noises};
 use super::{Surface, guide, mismatches, random_history, run, uniforms, wide};
@@ -15,6 +16,7 @@ use quell::gpu::{FrameUniforms, flags};
 use quell::layout::{self, INNOVATIONS};
 use quell::passes::reproject::{Reproject, ReprojectViews};
 use rand::{Rng, SeedableRng, rngs::StdRng};
+use reflection::fetch_reflected;
 use wgpu::TextureFormat as Format;
 
 /// What the pass read and wrote.
@@ -51,10 +53,13 @@ fn run_pass(
     let (signal, reprojected_noise) = (blank(size, Format::R32Uint), blank(size, Format::R32Uint));
     let floats = layout::count(u.tiles) as usize * INNOVATIONS.tile_stride() as usize;
     let moments = upload_buffer(&vec![f32::NAN; floats]);
-    let pass = Reproject::new(&gpu().device);
+    let no_hit_distance = blank(size, Format::R32Float);
+    let is_specular = !now.specular.is_empty();
+    let device = &gpu().device;
+    let pass = if is_specular { Reproject::specular(device) } else { Reproject::new(device) };
     run(&u, |recorder| {
         let views = ReprojectViews {
-            radiance: &images.radiance,
+            radiance: images.specular.as_ref().unwrap_or(&images.radiance),
             albedo: &images.albedo,
             normal_roughness: &images.normal,
             depth: &images.depth,
@@ -62,6 +67,7 @@ fn run_pass(
             surface_id: &images.id,
             emission: &upload(size, Format::Rgba16Float, emission),
             sample_count: &images.samples,
+            hit_distance: images.hit_distance.as_ref().unwrap_or(&no_hit_distance),
             previous_guide: &upload(size, Format::Rg32Uint, &previous_words),
             history: &upload(size, Format::Rgba16Float, &history),
             noise: &upload(size, Format::R32Uint, &noise),
@@ -109,12 +115,15 @@ fn check(
     let u = &ran.uniforms;
     let (mut expected, mut expected_noise) = (vec![], vec![]);
     for (i, &surface) in ran.surfaces.iter().enumerate() {
-        let origin = find_origin(u, i, surface, motion[i]).filter(|_| !surface.is_miss());
-        let nothing = ([0.0; 4], Noise::default());
-        let (mut history, noise) = origin.map_or(nothing, |origin| fetch(u, &origin, &ran.previous));
+        let (mut history, mut noise) = ([0.0; 4], Noise::default());
+        let is_specular = !now.specular.is_empty();
         if surface.is_miss() {
             // Its radiance goes along.
-            (0..3).for_each(|c| history[c] = now.radiance[i][c].into());
+            (0..3).for_each(|c| history[c] = if is_specular { 0.0 } else { now.radiance[i][c].into() });
+        } else if is_specular {
+            (history, noise) = fetch_reflected(u, now, i, surface, motion[i], &ran.previous);
+        } else if let Some(origin) = find_origin(u, i, surface, motion[i]) {
+            (history, noise) = fetch(u, &origin, &ran.previous);
         }
         expected.push(history);
         expected_noise.push(noise);
