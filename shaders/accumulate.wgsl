@@ -94,8 +94,8 @@ fn accumulated(
         old.w /= 1.0 + old.w * drift.square / max(drift.variance, 1e-12);
         // What many pixels show is no firefly.
         most = select(most, HALF_MAX, drift.square > 0.0);
-    } else if !has(frame, FLAG_SPLIT) {
-        // The rest of split radiance looks alike from everywhere.
+    } else if !has(frame, FLAG_SPLIT) && !has(frame, FLAG_HIT_DISTANCE) {
+        // The rest of split radiance looks alike from everywhere; where hit distances are known, `reproject` has seen to it.
         old.w = min(old.w, max(k, 1.0) * memory(surface, position));
     }
     // Without samples the history stays as it is; a pixel traced k times this frame enters with weight k.

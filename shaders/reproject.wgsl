@@ -55,21 +55,62 @@ fn reproject(
     @builtin(local_invocation_index) lane: u32,
 ) {
     leave_out(lane);
-    if all(id.xy < frame.size) {
-        enter_pixel(id.xy, lane);
+    let is_inside = all(id.xy < frame.size);
+    var follows = IS_SPECULAR;
+    if HAS_REFLECTIONS {
+        evidence[lane] = 0.0;
+        if is_inside && has(frame, FLAG_HISTORY) {
+            weigh_histories(id.xy, lane);
+        }
+        workgroupBarrier();
+        follows = favours_reflections();
+    }
+    if is_inside {
+        enter_pixel(id.xy, lane, follows);
     }
     workgroupBarrier();
     sum_tile(tile.xy, lane);
 }
 
-fn enter_pixel(pixel: vec2<u32>, lane: u32) {
+// Of one signal, the tile's samples tell whether they are better explained by what their surfaces showed, or by what is seen in
+// them: a vote of each pixel, from -1 to 1, by how far it beats its history's noise.
+var<workgroup> evidence: array<f32, TILE * TILE>;
+
+fn weigh_histories(pixel: vec2<u32>, lane: u32) {
+    let surface = read_surface(pixel);
+    let sample = read_sample(pixel, surface);
+    if sample.count == 0.0 {
+        return;
+    }
+    let position = position_of(frame, frame.current, vec2<f32>(pixel), surface.depth);
+    let reflection = reflection_at(pixel, surface, position);
+    let origin = find_origin(pixel, unpack_surface(pack_surface(surface)));
+    let shown = fetch(origin);
+    let seen = fetch_reflected(pixel, origin, position, reflection);
+    if shown.history.w > 0.0 && seen.history.w > 0.0 {
+        let off_shown = luminance(sample.signal) - luminance(shown.history.rgb);
+        let off_seen = luminance(sample.signal) - luminance(seen.history.rgb);
+        let squares = vec2(off_shown * off_shown, off_seen * off_seen);
+        evidence[lane] = (squares.x - squares.y) / max(shown.noise.variance + squares.x + squares.y, 1e-12);
+    }
+}
+
+fn favours_reflections() -> bool {
+    var sum = 0.0;
+    for (var lane = 0u; lane < TILE * TILE; lane++) {
+        sum += evidence[lane];
+    }
+    return sum > 0.0;
+}
+
+fn enter_pixel(pixel: vec2<u32>, lane: u32, follows: bool) {
     var seen = read_surface(pixel);
     let position = position_of(frame, frame.current, vec2<f32>(pixel), seen.depth);
     var reflection: Reflection;
+    if follows && has(frame, FLAG_HIT_DISTANCE) && !is_miss(seen) {
+        reflection = reflection_at(pixel, seen, position);
+    }
     if IS_SPECULAR {
-        if has(frame, FLAG_HIT_DISTANCE) && !is_miss(seen) {
-            reflection = reflection_at(pixel, seen, position);
-        }
         seen.cue = nearness(ray_length(frame.current, position), reflection.hit_distance);
     }
     let words = pack_surface(seen);
@@ -141,28 +182,36 @@ fn find_origin(pixel: vec2<u32>, surface: Surface) -> Origin {
     return origin;
 }
 
-// Of the specular signal, what is seen in the surface is followed, not the surface; that only where the other left no history, or
-// where the lobe is too wide for the view of it to have turned.
+// Where hit distances are known, what is seen in the surface is followed, not the surface; that only where the other left no
+// history, or where the lobe is too wide for the view of it to have turned. It then counts for no more than that.
 fn fetch_signal(pixel: vec2<u32>, origin: Origin, position: vec3<f32>, reflection: Reflection) -> Fetched {
-    if !IS_SPECULAR {
+    if !(IS_SPECULAR || HAS_REFLECTIONS) {
         return fetch(origin);
+    }
+    let frames = memory(origin.surface, position);
+    if frames < frame.max_history {
+        let fetched = fetch_reflected(pixel, origin, position, reflection);
+        if fetched.history.w > 0.0 {
+            return fetched;
+        }
     }
     var of_surface = origin;
     of_surface.nearness = nearness(ray_length(frame.previous, origin.position), reflection.hit_distance);
-    let most = memory(origin.surface, position);
-    if reflection.hit_distance > 0.0 && origin.texel.x > OFF_SCREEN && most < frame.max_history {
+    var fetched = fetch(of_surface);
+    fetched.history.w = min(fetched.history.w, frames * max(samples_at(pixel), 1.0));
+    return fetched;
+}
+
+// History of what is seen in the surface; none where it is not known.
+fn fetch_reflected(pixel: vec2<u32>, origin: Origin, position: vec3<f32>, reflection: Reflection) -> Fetched {
+    if reflection.hit_distance > 0.0 && origin.texel.x > OFF_SCREEN {
         let reflector = previous_reflector(pixel, origin.surface, position, reflection);
         if reflector.is_known {
             let hit = position + reflection.towards * reflection.hit_distance;
-            let fetched = fetch(find_reflected_origin(origin, position, reflector, hit));
-            if fetched.history.w > 0.0 {
-                return fetched;
-            }
+            return fetch(find_reflected_origin(origin, position, reflector, hit));
         }
     }
-    var fetched = fetch(of_surface);
-    fetched.history.w = min(fetched.history.w, most);
-    return fetched;
+    return Fetched(vec4(0.0), Noise());
 }
 
 // What the surface moved by on its own moves what is seen in it along.
