@@ -232,7 +232,7 @@ pub fn favoured(
             votes[tile_of(u, i)] += (shown - seen) / (noise.variance + shown + seen).max(1e-12);
         }
     }
-    votes.into_iter().map(|vote| vote > 0.0).collect()
+    votes.into_iter().map(|vote| vote >= 0.0).collect()
 }
 
 pub fn tile_of(u: &FrameUniforms, i: usize) -> usize {
