@@ -94,8 +94,8 @@ fn accumulated(
         old.w /= 1.0 + old.w * drift.square / max(drift.variance, 1e-12);
         // What many pixels show is no firefly.
         most = select(most, HALF_MAX, drift.square > 0.0);
-    } else if !has(frame, FLAG_SPLIT) {
-        // The rest of split radiance looks alike from everywhere.
+    } else if !has(frame, FLAG_SPLIT) && !has(frame, FLAG_HIT_DISTANCE) {
+        // The rest of split radiance looks alike from everywhere; where hit distances are known, `reproject` has seen to it.
         old.w = min(old.w, max(k, 1.0) * memory(surface, position));
     }
     // Without samples the history stays as it is; a pixel traced k times this frame enters with weight k.
@@ -243,6 +243,8 @@ fn predicted_change(start: u32, z: Regressors) -> vec3<f32> {
 const DRIFT_RADIUS = 3;
 const DRIFT_CHANCE = 4.0; // variances of the mean difference that are chance: once in twenty times there is more
 const DRIFT_PIXELS = 4.0; // with fewer nothing is known
+// Roughness up to which what is seen may be smaller than the innovation's tiles, and from which it is not.
+const DRIFT_ROUGHNESS = vec2(1.0 / 6.0, 1.0 / 3.0);
 
 struct Drift {
     square: f32,   // of how far the history is off in the mean, beyond chance
@@ -282,7 +284,8 @@ fn find_drift(pixel: vec2<u32>, centre: Surface, predicted: f32) -> Drift {
     let mean = sum / weight;
     let variance = max(squares - sum * mean, 0.0) / (pixels - 1.0);
     let drift = mean - predicted;
-    return Drift(max(drift * drift - DRIFT_CHANCE * variance / weight, 0.0), variance);
+    let share = saturate((DRIFT_ROUGHNESS.y - centre.roughness) / (DRIFT_ROUGHNESS.y - DRIFT_ROUGHNESS.x));
+    return Drift(share * max(drift * drift - DRIFT_CHANCE * variance / weight, 0.0), variance);
 }
 
 struct Spread {

@@ -55,21 +55,62 @@ fn reproject(
     @builtin(local_invocation_index) lane: u32,
 ) {
     leave_out(lane);
-    if all(id.xy < frame.size) {
-        enter_pixel(id.xy, lane);
+    let is_inside = all(id.xy < frame.size);
+    var follows = IS_SPECULAR;
+    if HAS_REFLECTIONS {
+        if is_inside && has(frame, FLAG_HISTORY) {
+            weights[lane] = evidence_for_reflections(id.xy);
+        }
+        workgroupBarrier();
+        follows = favours_reflections();
+        workgroupBarrier();
+        weights[lane] = 0.0;
+    }
+    if is_inside {
+        enter_pixel(id.xy, lane, follows);
     }
     workgroupBarrier();
     sum_tile(tile.xy, lane);
 }
 
-fn enter_pixel(pixel: vec2<u32>, lane: u32) {
+// Of one signal, the tile's samples tell whether they are better explained by what their surfaces showed, or by what is seen in
+// them: a vote of each pixel, from -1 to 1, by how far it beats its history's noise. The votes lie where the weights will.
+fn evidence_for_reflections(pixel: vec2<u32>) -> f32 {
+    let surface = read_surface(pixel);
+    let sample = read_sample(pixel, surface);
+    if sample.count == 0.0 {
+        return 0.0;
+    }
+    let position = position_of(frame, frame.current, vec2<f32>(pixel), surface.depth);
+    let reflection = reflection_at(pixel, surface, position);
+    let origin = find_origin(pixel, unpack_surface(pack_surface(surface)));
+    let shown = fetch(origin);
+    let seen = fetch(find_reflected_origin(pixel, origin, position, reflection));
+    if shown.history.w > 0.0 && seen.history.w > 0.0 {
+        let off_shown = luminance(sample.signal) - luminance(shown.history.rgb);
+        let off_seen = luminance(sample.signal) - luminance(seen.history.rgb);
+        let squares = vec2(off_shown * off_shown, off_seen * off_seen);
+        return (squares.x - squares.y) / max(shown.noise.variance + squares.x + squares.y, 1e-12);
+    }
+    return 0.0;
+}
+
+fn favours_reflections() -> bool {
+    var sum = 0.0;
+    for (var lane = 0u; lane < TILE * TILE; lane++) {
+        sum += weights[lane];
+    }
+    return sum >= 0.0; // of equal ones the reflected history is the longer
+}
+
+fn enter_pixel(pixel: vec2<u32>, lane: u32, follows: bool) {
     var seen = read_surface(pixel);
     let position = position_of(frame, frame.current, vec2<f32>(pixel), seen.depth);
     var reflection: Reflection;
+    if follows && has(frame, FLAG_HIT_DISTANCE) && !is_miss(seen) {
+        reflection = reflection_at(pixel, seen, position);
+    }
     if IS_SPECULAR {
-        if has(frame, FLAG_HIT_DISTANCE) && !is_miss(seen) {
-            reflection = reflection_at(pixel, seen, position);
-        }
         seen.cue = nearness(ray_length(frame.current, position), reflection.hit_distance);
     }
     let words = pack_surface(seen);
@@ -82,7 +123,7 @@ fn enter_pixel(pixel: vec2<u32>, lane: u32) {
     if is_miss(surface) {
         fetched.history = vec4(read_miss(pixel), 0.0);
     } else if has(frame, FLAG_HISTORY) {
-        fetched = fetch_signal(pixel, find_origin(pixel, surface), position, reflection);
+        fetched = fetch_signal(pixel, find_origin(pixel, surface), position, reflection, sample.count);
     }
     let mean = dither_to_half(fetched.history.rgb, pixel, 2u * frame.index);
     let old = vec2(pack2x16float(mean.rg), pack2x16float(vec2(mean.b, fetched.history.w)));
@@ -141,45 +182,60 @@ fn find_origin(pixel: vec2<u32>, surface: Surface) -> Origin {
     return origin;
 }
 
-// Of the specular signal, what is seen in the surface is followed, not the surface; that only where the other left no history, or
-// where the lobe is too wide for the view of it to have turned.
-fn fetch_signal(pixel: vec2<u32>, origin: Origin, position: vec3<f32>, reflection: Reflection) -> Fetched {
-    if !IS_SPECULAR {
+// Where hit distances are known, what is seen in the surface is followed, not the surface; that only where the other left no
+// history, or where the lobe is too wide for the view of it to have turned. It then counts for no more than that.
+fn fetch_signal(
+    pixel: vec2<u32>,
+    origin: Origin,
+    position: vec3<f32>,
+    reflection: Reflection,
+    samples: f32,
+) -> Fetched {
+    if !(IS_SPECULAR || HAS_REFLECTIONS) {
         return fetch(origin);
+    }
+    let frames = memory(origin.surface, position);
+    let reflected = find_reflected_origin(pixel, origin, position, reflection);
+    if reflected.texel.x > OFF_SCREEN && frames < frame.max_history {
+        let fetched = fetch(reflected);
+        if fetched.history.w > 0.0 {
+            return fetched;
+        }
     }
     var of_surface = origin;
     of_surface.nearness = nearness(ray_length(frame.previous, origin.position), reflection.hit_distance);
-    let most = memory(origin.surface, position);
-    if reflection.hit_distance > 0.0 && origin.texel.x > OFF_SCREEN && most < frame.max_history {
-        let reflector = previous_reflector(pixel, origin.surface, position, reflection);
-        if reflector.is_known {
-            let hit = position + reflection.towards * reflection.hit_distance;
-            let fetched = fetch(find_reflected_origin(origin, position, reflector, hit));
-            if fetched.history.w > 0.0 {
-                return fetched;
-            }
-        }
-    }
     var fetched = fetch(of_surface);
-    fetched.history.w = min(fetched.history.w, most);
+    fetched.history.w = min(fetched.history.w, frames * max(samples, 1.0));
     return fetched;
 }
 
-// What the surface moved by on its own moves what is seen in it along.
-fn find_reflected_origin(origin: Origin, position: vec3<f32>, reflector: Reflector, hit: vec3<f32>) -> Origin {
-    let size = vec2<f32>(frame.size);
-    let still = project(frame.previous, position + frame.eye_delta);
-    var moved = origin.texel - (still.xy * size - frame.current.jitter - 0.5);
-    if all(abs(moved) < vec2(STILL_PX)) {
-        moved = vec2(0.0);
-    }
+// Where what is seen in the surface was seen, off the screen where that is not known. What the surface moved by on its own moves it
+// along.
+fn find_reflected_origin(pixel: vec2<u32>, origin: Origin, position: vec3<f32>, reflection: Reflection) -> Origin {
     var reflected = origin;
-    let before = reflector.position + frame.eye_delta;
-    reflected.texel = project(frame.previous, before).xy * size - frame.current.jitter - 0.5 + moved;
+    reflected.texel = vec2(OFF_SCREEN);
+    if reflection.hit_distance <= 0.0 || origin.texel.x <= OFF_SCREEN {
+        return reflected;
+    }
+    let reflector = previous_reflector(pixel, origin.surface, position, reflection);
+    if !reflector.is_known {
+        return reflected;
+    }
+    let moved = origin.texel - previous_texel(position);
+    let own = select(moved, vec2(0.0), all(abs(moved) < vec2(STILL_PX)));
+    let hit = position + reflection.towards * reflection.hit_distance;
+    reflected.texel = previous_texel(reflector.position) + own;
     reflected.position = origin.position + reflector.position - position;
     reflected.surface.normal = reflector.normal;
-    reflected.nearness = nearness(ray_length(frame.previous, before), length(hit - reflector.position));
+    let eye_distance = ray_length(frame.previous, reflector.position + frame.eye_delta);
+    reflected.nearness = nearness(eye_distance, length(hit - reflector.position));
     return reflected;
+}
+
+// Where a point that is given relative to the current eye was, if it stood still.
+fn previous_texel(position: vec3<f32>) -> vec2<f32> {
+    let uv = project(frame.previous, position + frame.eye_delta).xy;
+    return uv * vec2<f32>(frame.size) - frame.current.jitter - 0.5;
 }
 
 // Motion by which a surface is told from one that stands still.

@@ -234,7 +234,11 @@ impl Denoiser {
             let passes = self.pipelines.specular(recorder.device);
             self.record_signal(recorder, inputs, flags, passes, signal, &of_specular);
         } else {
-            self.record_signal(recorder, inputs, flags, &self.pipelines.signal, &self.signal, &combined);
+            let passes = match inputs.hit_distance {
+                Some(_) => self.pipelines.reflections(recorder.device),
+                None => &self.pipelines.signal,
+            };
+            self.record_signal(recorder, inputs, flags, passes, &self.signal, &combined);
             crate::PASSES[crate::SIGNAL_PASSES..2 * crate::SIGNAL_PASSES]
                 .iter()
                 .for_each(|name| recorder.skip_pass(name));

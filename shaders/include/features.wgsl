@@ -17,21 +17,25 @@ const SQUARES = COLUMNS * (COLUMNS + 1u) / 2u; // upper triangle, row by row
 //  8     roughness
 fn surface_features(s: Surface, position: vec3<f32>) -> array<f32, SURFACE_FEATURES> {
     var seen = position;
+    var cue = s.cue;
     if IS_SPECULAR {
-        // What a mirror shows is as smooth as what is reflected.
+        // What a mirror shows is as smooth as what is reflected; a rough lobe takes in too much for that.
         let eye = towards_eye(frame.current, position);
         let hit_distance = ray_length(frame.current, position) * (1.0 / max(s.cue, LEAST_CUE) - 1.0);
-        seen += reflect(-eye, s.normal) * hit_distance;
+        let mirrored = saturate(1.0 - s.roughness / MIRROR_ROUGHNESS);
+        seen += mirrored * hit_distance * reflect(-eye, s.normal);
+        cue *= mirrored;
     }
     return array(
         s.normal.x, s.normal.y, s.normal.z,
         seen.x, seen.y, seen.z,
-        s.cue,
+        cue,
         f32(s.id) * (2.0 / f32(IDS - 1u)) - 1.0,
         s.roughness,
     );
 }
 
+const MIRROR_ROUGHNESS = 0.2;
 const LEAST_CUE = 0.0625; // beyond it, the code's steps would be steps of the position
 
 // The least standard deviation over a window that still counts as variation, per feature. `depth` is the window's.

@@ -61,6 +61,8 @@ const FLAG_HIT_DISTANCE = 8192u;
 // Whether the pass works on the radiance that left the first hit through the specular lobe. Compiled apart, so that it costs
 // nothing where there is one signal.
 override IS_SPECULAR = false;
+// Whether the signal is one, and hit distances tell what is seen in surfaces. Compiled apart as well.
+override HAS_REFLECTIONS = false;
 
 const LEVELS = 3u;
 const TILE = 8u; // pixels on a side; the unit of which windows are made

@@ -41,8 +41,13 @@ pub struct KernelDescriptor {
     pub covers: [u32; 2],
 }
 
-/// What the WGSL's overridable constants are for the specular signal.
-pub const SPECULAR: [(&str, f64); 1] = [("IS_SPECULAR", 1.0)];
+/// Names and values of the WGSL's overridable constants (`include/frame.wgsl`).
+pub type Constants = [(&'static str, f64)];
+
+/// For the specular signal.
+pub const SPECULAR: &Constants = &[("IS_SPECULAR", 1.0)];
+/// For radiance in one with hit distances.
+pub const REFLECTIONS: &Constants = &[("HAS_REFLECTIONS", 1.0)];
 
 /// A compiled pass.
 #[derive(Debug, Clone)]
@@ -70,19 +75,11 @@ pub struct Recorder<'a> {
 impl Kernel {
     /// Compiles a pass.
     pub fn new(device: &wgpu::Device, descriptor: &'static KernelDescriptor) -> Self {
-        Self::compile(device, descriptor, &[])
+        Self::with(device, descriptor, &[])
     }
 
-    /// Compiles a pass for the specular signal.
-    pub fn specular(device: &wgpu::Device, descriptor: &'static KernelDescriptor) -> Self {
-        Self::compile(device, descriptor, &SPECULAR)
-    }
-
-    fn compile(
-        device: &wgpu::Device,
-        descriptor: &'static KernelDescriptor,
-        constants: &[(&str, f64)],
-    ) -> Self {
+    /// Compiles a pass for other signals, with other values of its overridable constants.
+    pub fn with(device: &wgpu::Device, descriptor: &'static KernelDescriptor, constants: &Constants) -> Self {
         let name = Some(descriptor.name);
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: name,

@@ -5,7 +5,7 @@ mod resources;
 mod shader;
 mod uniforms;
 
-pub use kernel::{Binding, Kernel, KernelDescriptor, Kind, Recorder, SPECULAR};
+pub use kernel::{Binding, Constants, Kernel, KernelDescriptor, Kind, REFLECTIONS, Recorder, SPECULAR};
 pub use resources::{buffer, image, words};
 pub use shader::assemble;
 pub use uniforms::{FrameUniforms, LevelUniforms, ViewUniforms, flags};

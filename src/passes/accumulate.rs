@@ -1,6 +1,6 @@
 //! Joins this frame's samples to the history. See `shaders/accumulate.wgsl`.
 
-use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder};
+use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder, SPECULAR};
 use wgpu::{BindingResource, Buffer, TextureFormat, TextureView};
 
 /// What the pass is made of.
@@ -39,7 +39,7 @@ pub struct AccumulateViews<'a> {
 }
 
 /// The pass.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Accumulate(Kernel);
 
 impl Accumulate {
@@ -50,7 +50,7 @@ impl Accumulate {
 
     /// Compiles the pass for the specular signal.
     pub fn specular(device: &wgpu::Device) -> Self {
-        Self(Kernel::specular(device, &DESCRIPTOR))
+        Self(Kernel::with(device, &DESCRIPTOR, SPECULAR))
     }
 
     /// Records the pass over `extent` pixels.

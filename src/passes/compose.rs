@@ -1,6 +1,6 @@
 //! Mixes prediction and temporal mean, and makes radiance of it. See `shaders/compose.wgsl`.
 
-use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder};
+use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder, SPECULAR};
 use wgpu::{BindingResource, TextureFormat, TextureView};
 
 /// What the pass is made of.
@@ -41,7 +41,7 @@ pub struct ComposeViews<'a> {
 }
 
 /// The pass.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Compose(Kernel);
 
 impl Compose {
@@ -52,7 +52,7 @@ impl Compose {
 
     /// Compiles the pass for the specular signal.
     pub fn specular(device: &wgpu::Device) -> Self {
-        Self(Kernel::specular(device, &DESCRIPTOR))
+        Self(Kernel::with(device, &DESCRIPTOR, SPECULAR))
     }
 
     /// Records the pass over `extent` pixels.

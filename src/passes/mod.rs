@@ -39,12 +39,13 @@ pub const ALL: [&KernelDescriptor; 13] = [
 pub const SPECULAR: [&KernelDescriptor; 4] =
     [&reproject::DESCRIPTOR, &accumulate::DESCRIPTOR, &predict::DESCRIPTOR, &compose::DESCRIPTOR];
 
-/// All passes, compiled; those of the specular signal when they are first needed. Denoisers of several cameras can share one
+/// All passes, compiled; those of the specular signal, and those that use hit distances, when they are first needed. Denoisers of several cameras can share one
 /// set.
 #[derive(Debug)]
 pub struct Pipelines {
     pub(crate) signal: SignalPasses,
     specular: OnceLock<SignalPasses>,
+    reflections: OnceLock<SignalPasses>,
     pub(crate) sample_map: sample_map::SampleMap,
     pub(crate) debug_view: debug_view::DebugView,
 }
@@ -61,7 +62,7 @@ pub(crate) struct SignalPasses {
 }
 
 impl Pipelines {
-    /// Compiles all passes but those of the specular signal. Needs no optional feature and no more than WebGPU's default limits.
+    /// Compiles all passes that every frame needs. Needs no optional feature and no more than WebGPU's default limits.
     pub fn new(device: &wgpu::Device) -> Self {
         Self {
             signal: SignalPasses {
@@ -73,6 +74,7 @@ impl Pipelines {
                 compose: compose::Compose::new(device),
             },
             specular: OnceLock::new(),
+            reflections: OnceLock::new(),
             sample_map: sample_map::SampleMap::new(device),
             debug_view: debug_view::DebugView::new(device),
         }
@@ -87,6 +89,18 @@ impl Pipelines {
             fit: self.signal.fit.clone(),
             predict: predict::Predict::specular(device),
             compose: compose::Compose::specular(device),
+        })
+    }
+
+    /// What denoises radiance in one with hit distances; compiled by the first call.
+    pub(crate) fn reflections(&self, device: &wgpu::Device) -> &SignalPasses {
+        self.reflections.get_or_init(|| SignalPasses {
+            reproject: reproject::Reproject::with_reflections(device),
+            innovation: self.signal.innovation.clone(),
+            accumulate: self.signal.accumulate.clone(),
+            fit: self.signal.fit.clone(),
+            predict: self.signal.predict.clone(),
+            compose: self.signal.compose.clone(),
         })
     }
 }

@@ -1,6 +1,6 @@
 //! Predicts every pixel from the models that cover it. See `shaders/predict.wgsl`.
 
-use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder};
+use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder, SPECULAR};
 use wgpu::{BindingResource, Buffer, TextureFormat, TextureView};
 
 /// What the pass is made of.
@@ -29,7 +29,7 @@ pub struct PredictViews<'a> {
 }
 
 /// The pass.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Predict(Kernel);
 
 impl Predict {
@@ -40,7 +40,7 @@ impl Predict {
 
     /// Compiles the pass for the specular signal.
     pub fn specular(device: &wgpu::Device) -> Self {
-        Self(Kernel::specular(device, &DESCRIPTOR))
+        Self(Kernel::with(device, &DESCRIPTOR, SPECULAR))
     }
 
     /// Records the pass over `extent` pixels.

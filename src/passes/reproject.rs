@@ -1,6 +1,6 @@
 //! Fetches each pixel's history. See `shaders/reproject.wgsl`.
 
-use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder};
+use crate::gpu::{Kernel, KernelDescriptor, Kind, REFLECTIONS, Recorder, SPECULAR};
 use wgpu::{BindingResource, Buffer, TextureFormat, TextureView};
 
 /// What the pass is made of.
@@ -66,7 +66,12 @@ impl Reproject {
 
     /// Compiles the pass for the specular signal.
     pub fn specular(device: &wgpu::Device) -> Self {
-        Self(Kernel::specular(device, &DESCRIPTOR))
+        Self(Kernel::with(device, &DESCRIPTOR, SPECULAR))
+    }
+
+    /// Compiles the pass for radiance in one with hit distances.
+    pub fn with_reflections(device: &wgpu::Device) -> Self {
+        Self(Kernel::with(device, &DESCRIPTOR, REFLECTIONS))
     }
 
     /// Records the pass over `extent` pixels.

@@ -14,7 +14,7 @@ const HEAD: &str = "\
 
 What can be known of a frame's cost without running it on a GPU. Written by `tests/cost.sh`; `cargo test --test cost` \
 compares: a figure that grew by more than 10 %, a spilled register or a kernel that is not in the table fails. Rows are \
-kernels in the order they run, then those that are compiled anew for the specular signal; `centres` and `fit` make the pass `fit`, under a budget with `gains` and `choose`. MB are 10^6 bytes.";
+kernels in the order they run, then those that are compiled anew for the specular signal, and for hit distances without it; `centres` and `fit` make the pass `fit`, under a budget with `gains` and `choose`. MB are 10^6 bytes.";
 
 const MEMORY: &str = "All that `Denoiser::memory` lists; the caller's images are not in it. The `specular_` resources and `rest` exist once a frame's \
 specular radiance came apart; `all` is without them.";

@@ -1,12 +1,14 @@
 //! What a shader's intermediate representation tells: workgroup memory, what is read and what is written.
 
-use quell::gpu::{KernelDescriptor, SPECULAR, assemble};
+use quell::gpu::{Constants, KernelDescriptor, REFLECTIONS, SPECULAR, assemble};
+use quell::passes::reproject;
 use wgpu::naga::{
     self, AddressSpace, Expression, GlobalVariable, Handle, Literal, TypeInner, valid::GlobalUse,
 };
 
-/// What names in the table begin with where the kernel was compiled for the specular signal.
+/// What names in the table begin with where the kernel was compiled for the specular signal, or for hit distances.
 pub const SPECULAR_PREFIX: &str = "specular ";
+pub const REFLECTIONS_PREFIX: &str = "reflections ";
 
 /// A kernel as the library compiles it.
 pub struct Shader {
@@ -19,19 +21,21 @@ pub struct Shader {
 
 impl Shader {
     pub fn all() -> Vec<Self> {
-        let specular = quell::passes::SPECULAR.into_iter().map(Self::specular);
-        quell::passes::ALL.into_iter().map(Self::new).chain(specular).collect()
+        let variant = |prefix, constants| {
+            move |descriptor: &'static KernelDescriptor| {
+                Self::compile(descriptor, format!("{prefix}{}", descriptor.name), constants)
+            }
+        };
+        let specular = quell::passes::SPECULAR.into_iter().map(variant(SPECULAR_PREFIX, SPECULAR));
+        let reflections = [&reproject::DESCRIPTOR].into_iter().map(variant(REFLECTIONS_PREFIX, REFLECTIONS));
+        quell::passes::ALL.into_iter().map(Self::new).chain(specular).chain(reflections).collect()
     }
 
     pub fn new(descriptor: &'static KernelDescriptor) -> Self {
         Self::compile(descriptor, descriptor.name.to_owned(), &[])
     }
 
-    fn specular(descriptor: &'static KernelDescriptor) -> Self {
-        Self::compile(descriptor, format!("{SPECULAR_PREFIX}{}", descriptor.name), &SPECULAR)
-    }
-
-    fn compile(descriptor: &'static KernelDescriptor, name: String, constants: &[(&str, f64)]) -> Self {
+    fn compile(descriptor: &'static KernelDescriptor, name: String, constants: &Constants) -> Self {
         let source = assemble(descriptor.source);
         let module = naga::front::wgsl::parse_str(&source)
             .unwrap_or_else(|error| panic!("{}: {}", descriptor.name, error.emit_to_string(&source)));

@@ -1,6 +1,6 @@
 //! Compulsory traffic: what each kernel must read from and write to memory, however good the caches are.
 
-use crate::shader::{SPECULAR_PREFIX, Shader};
+use crate::shader::{REFLECTIONS_PREFIX, SPECULAR_PREFIX, Shader};
 use quell::gpu::Kind;
 use quell::layout::TILE;
 use std::collections::BTreeMap;
@@ -92,7 +92,8 @@ pub fn all(shaders: &[Shader], owned: &BTreeMap<&str, f64>) -> Vec<(String, Byte
 
 /// Whether a frame of one signal runs it.
 pub fn is_in_frame(name: &str) -> bool {
-    !OUTSIDE_FRAME.contains(&name) && !name.starts_with(SPECULAR_PREFIX)
+    let is_variant = [SPECULAR_PREFIX, REFLECTIONS_PREFIX].iter().any(|prefix| name.starts_with(prefix));
+    !OUTSIDE_FRAME.contains(&name) && !is_variant
 }
 
 fn of_kernel(shader: &Shader, owned: &BTreeMap<&str, f64>) -> Bytes {

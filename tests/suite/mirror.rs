@@ -16,6 +16,7 @@ pub fn mirrored(frame: &Frame, seed: u64) -> Frame {
     let mut mirrored = frame.clone();
     mirrored.specular = vec![[0.0; 4]; frame.depth.len()];
     mirrored.hit_distance = vec![0.0; frame.depth.len()];
+    mirrored.mirror_truth = vec![[0.0; 3]; frame.depth.len()];
     for (i, &depth) in frame.depth.iter().enumerate().filter(|(_, depth)| depth.is_finite()) {
         let pixel = Vec2::new((i as u32 % width) as f32, (i as u32 / width) as f32);
         let uv = (pixel + 0.5 + frame.camera.jitter_px) / Vec2::new(width as f32, height as f32);
@@ -30,8 +31,8 @@ pub fn mirrored(frame: &Frame, seed: u64) -> Frame {
         let seen = if random.random_bool(0.4) { 2.5 } else { 0.0 };
         mirrored.specular[i] = (REFLECTANCE * radiance * seen).extend(1.0).to_array();
         mirrored.hit_distance[i] = distance;
-        let truth = Vec3::from_array(frame.truth[i]) + REFLECTANCE * radiance;
-        mirrored.truth[i] = truth.to_array();
+        mirrored.mirror_truth[i] = (REFLECTANCE * radiance).to_array();
+        mirrored.truth[i] = (Vec3::from_array(frame.truth[i]) + REFLECTANCE * radiance).to_array();
     }
     mirrored
 }

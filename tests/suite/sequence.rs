@@ -23,6 +23,8 @@ pub struct Frame {
     /// As `specular`.
     pub hit_distance: Vec<f32>,
     pub truth: Vec<[f32; 3]>,
+    /// As `specular`: what of the truth is reflected.
+    pub mirror_truth: Vec<[f32; 3]>,
 }
 
 /// A frame's images on the GPU.
@@ -181,6 +183,7 @@ fn shot(size: [u32; 2], [eye, previous]: [Vec3; 2], seed: u64, jitter_px: Vec2, 
         specular: vec![],
         hit_distance: vec![],
         truth: vec![],
+        mirror_truth: vec![],
     };
     let world_from_clip = (camera_now.clip_from_view * camera_now.view_from_world).inverse();
     for y in 0..height {

@@ -54,23 +54,64 @@ fn what_a_mirror_shows_is_followed() {
     assert!(followed > blind + 1.0 && followed > one + 1.5, "{followed:.2} {blind:.2} {one:.2}");
 }
 
+/// Of one signal the samples tell which of its histories is right: of nothing but a mirror that of what is seen in it.
+#[test]
+fn what_a_mirror_shows_is_followed_in_one_signal() {
+    let only_mirror = |frame: &Frame| {
+        // Without noise, so that only history can blur what moves.
+        let radiance = frame.mirror_truth.iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect();
+        let albedo = vec![[0.5; 4]; frame.albedo.len()];
+        Frame { radiance, albedo, truth: frame.mirror_truth.clone(), specular: vec![], ..frame.clone() }
+    };
+    let told: Vec<Frame> = mirrors(12, 0.03).iter().map(only_mirror).collect();
+    let blind: Vec<Frame> =
+        told.iter().map(|frame| Frame { hit_distance: vec![], ..frame.clone() }).collect();
+    let [told, blind] = [told, blind].map(|frames| share_with_history(&frames));
+    println!("{told:.2} of the pixels have history; without hit distances {blind:.2}");
+    assert!(told > 0.4 && blind < 0.1, "{told:.2} {blind:.2}");
+}
+
+/// Share of the pixels whose history is at least six frames long, after all frames.
+fn share_with_history(frames: &[Frame]) -> f64 {
+    let mut quell = denoiser(SIZE);
+    let lengths = blank(SIZE, Format::Rgba16Float);
+    let settings = Settings { max_history: 12.0, innovation: false, ..Settings::default() };
+    for frame in frames {
+        let images = frame.upload();
+        let debug = Some((DebugView::HistoryLength, &lengths));
+        let inputs = FrameInputs { debug, ..images.inputs(frame.camera, HistoryMode::Continue) };
+        submit(&mut quell, &inputs, &settings);
+    }
+    let hits = frames.last().unwrap().depth.iter().map(|depth| depth.is_finite());
+    let lengths: Vec<f32> = read_output(&lengths)
+        .iter()
+        .zip(hits)
+        .filter(|(_, is_hit)| *is_hit)
+        .map(|(length, _)| length[1])
+        .collect();
+    lengths.iter().filter(|&&length| length >= 0.5).count() as f64 / lengths.len() as f64
+}
+
 #[test]
 fn broken_hit_distances_are_as_good_as_none() {
     let frames = mirrors(12, 0.2);
-    let told = |distance: f32| {
-        let set = |frame: &Frame| Frame { hit_distance: vec![distance; frame.depth.len()], ..frame.clone() };
-        frames.iter().map(set).collect::<Vec<_>>()
-    };
-    let unknown = quality(&told(0.0));
-    for distance in [f32::NAN, -1.0, f32::NEG_INFINITY] {
-        let found = quality(&told(distance));
-        assert!((found - unknown).abs() < 0.01, "{distance}: {found:.2} dB, unknown {unknown:.2} dB");
-    }
-    // Wrong ones may harm, but not more than to lose all history would.
-    for distance in [1e-30, 1.0, f32::MAX, f32::INFINITY] {
-        let found = quality(&told(distance));
-        println!("{distance}: {found:.2} dB, unknown {unknown:.2} dB");
-        assert!(found > unknown - 3.0, "{distance}: {found:.2} dB, unknown {unknown:.2} dB");
+    for frames in [frames.clone(), frames.iter().map(combined).collect()] {
+        let told = |distance: f32| {
+            let set =
+                |frame: &Frame| Frame { hit_distance: vec![distance; frame.depth.len()], ..frame.clone() };
+            quality(&frames.iter().map(set).collect::<Vec<_>>())
+        };
+        let unknown = told(0.0);
+        for distance in [f32::NAN, -1.0, f32::NEG_INFINITY] {
+            let found = told(distance);
+            assert!((found - unknown).abs() < 0.01, "{distance}: {found:.2} dB, unknown {unknown:.2} dB");
+        }
+        // Wrong ones may harm, but not more than to lose all history would.
+        for distance in [1e-30, 1.0, f32::MAX, f32::INFINITY] {
+            let found = told(distance);
+            println!("{distance}: {found:.2} dB, unknown {unknown:.2} dB");
+            assert!(found > unknown - 1.0, "{distance}: {found:.2} dB, unknown {unknown:.2} dB");
+        }
     }
 }
 
@@ -102,13 +143,10 @@ fn either_part_may_be_black() {
     assert_sound(&output);
     assert!(psnr(&output, &frame.truth) > 25.0);
     let mirror = mirrored(&frame, 2);
-    let truth: Vec<[f32; 3]> = (mirror.truth.iter().zip(&frame.truth))
-        .map(|(sum, rest)| std::array::from_fn(|c| sum[c] - rest[c]))
-        .collect();
     let only_specular = Frame { radiance: black, ..mirror };
     let output = denoise(&mut denoiser(SIZE), &only_specular, &Settings::default());
     assert_sound(&output);
-    assert!(psnr(&output, &truth) > 20.0);
+    assert!(psnr(&output, &only_specular.mirror_truth) > 20.0);
 }
 
 /// Histories of one signal and of two mean different things.

@@ -144,7 +144,8 @@ fn drift(
     let mean = differences.iter().map(|[d, k]| k * d).sum::<f64>() / weight;
     let spread: f64 = differences.iter().map(|[d, k]| k * (d - mean).powi(2)).sum();
     let variance = spread / (differences.len() - 1) as f64;
-    [((mean - predicted).powi(2) - 4.0 * variance / weight).max(0.0), variance]
+    let share = (2.0 - 6.0 * surfaces[i].roughness).clamp(0.0, 1.0);
+    [share * ((mean - predicted).powi(2) - 4.0 * variance / weight).max(0.0), variance]
 }
 
 /// Random models: small changes, large ones, and tiles without.

@@ -70,7 +70,7 @@ fn guide(frame: &Frame) -> (Vec<[u32; 2]>, Vec<Surface>) {
     let u = uniforms(frame, frame);
     let read = |i| {
         let mut surface = surface::read(frame, f64::INFINITY, i);
-        if let Some(&hit) = frame.hit_distance.get(i) {
+        if let Some(&hit) = frame.hit_distance.get(i).filter(|_| !frame.specular.is_empty()) {
             let eye = surface::position_of(&u, &u.current, surface::pixel(&u, i), surface.depth).length();
             surface.cue = eye / (eye + f64::from(hit));
         }

@@ -157,14 +157,17 @@ pub fn surface_features(
     s: &Surface,
 ) -> [f64; SURFACE_FEATURES as usize] {
     let mut p = position_of(frame, &frame.current, pixel(frame, i), s.depth);
+    let mut cue = s.cue;
     if signal == Signal::Specular {
         // That of what is reflected.
         let view = -towards_eye(&frame.current, p);
         let distance = p.length() * (1.0 / s.cue.max(0.0625) - 1.0);
-        p += (view - 2.0 * s.normal.dot(view) * s.normal) * distance;
+        let mirrored = (1.0 - 5.0 * s.roughness).max(0.0);
+        p += (view - 2.0 * s.normal.dot(view) * s.normal) * distance * mirrored;
+        cue *= mirrored;
     }
     let id = f64::from(s.id) * 2.0 / f64::from(IDS - 1) - 1.0;
-    [s.normal.x, s.normal.y, s.normal.z, p.x, p.y, p.z, s.cue, id, s.roughness]
+    [s.normal.x, s.normal.y, s.normal.z, p.x, p.y, p.z, cue, id, s.roughness]
 }
 
 /// With those that only the models of the prediction have.

@@ -43,7 +43,7 @@ fn broken_frame(random: &mut StdRng) -> (Frame, Vec<[f16; 4]>) {
 }
 
 /// What is seen of a pixel without emission, demodulated; none if it cannot be used.
-fn sample(frame: &Frame, emission: Option<&[[f16; 4]]>, i: usize) -> Option<[f64; 3]> {
+pub fn sample(frame: &Frame, emission: Option<&[[f16; 4]]>, i: usize) -> Option<[f64; 3]> {
     let [r, g, b, _] = frame.radiance[i].map(f64::from);
     let usable = [r, g, b].iter().all(|c| c.is_finite()) && frame.samples[i] > 0;
     if !usable || read(frame, f64::INFINITY, i).is_miss() {

@@ -16,7 +16,7 @@ use quell::gpu::{FrameUniforms, flags};
 use quell::layout::{self, INNOVATIONS};
 use quell::passes::reproject::{Reproject, ReprojectViews};
 use rand::{Rng, SeedableRng, rngs::StdRng};
-use reflection::fetch_reflected;
+use reflection::{fetch_signal, tile_of};
 use wgpu::TextureFormat as Format;
 
 /// What the pass read and wrote.
@@ -56,7 +56,11 @@ fn run_pass(
     let no_hit_distance = blank(size, Format::R32Float);
     let is_specular = !now.specular.is_empty();
     let device = &gpu().device;
-    let pass = if is_specular { Reproject::specular(device) } else { Reproject::new(device) };
+    let pass = match (is_specular, now.hit_distance.is_empty()) {
+        (true, _) => Reproject::specular(device),
+        (false, false) => Reproject::with_reflections(device),
+        (false, true) => Reproject::new(device),
+    };
     run(&u, |recorder| {
         let views = ReprojectViews {
             radiance: images.specular.as_ref().unwrap_or(&images.radiance),
@@ -114,14 +118,24 @@ fn check(
     let ran = run_pass(now, before, gpu_motion, &no_emission(now), |flags| flags | extra_flags, seed);
     let u = &ran.uniforms;
     let (mut expected, mut expected_noise) = (vec![], vec![]);
+    let is_specular = !now.specular.is_empty();
+    let mut favoured = vec![];
+    if !is_specular && !now.hit_distance.is_empty() {
+        favoured = reflection::favoured(u, now, &ran.surfaces, motion, &ran.previous);
+        let share = favoured.iter().filter(|&&is| is).count() as f64 / favoured.len() as f64;
+        assert!(
+            (0.1..0.9).contains(&share),
+            "{share} of the tiles follow reflections: the test shows too little"
+        );
+    }
     for (i, &surface) in ran.surfaces.iter().enumerate() {
         let (mut history, mut noise) = ([0.0; 4], Noise::default());
-        let is_specular = !now.specular.is_empty();
         if surface.is_miss() {
             // Its radiance goes along.
             (0..3).for_each(|c| history[c] = if is_specular { 0.0 } else { now.radiance[i][c].into() });
-        } else if is_specular {
-            (history, noise) = fetch_reflected(u, now, i, surface, motion[i], &ran.previous);
+        } else if !now.hit_distance.is_empty() {
+            let follows = is_specular || favoured[tile_of(u, i)];
+            (history, noise) = fetch_signal(u, now, i, surface, motion[i], &ran.previous, follows);
         } else if let Some(origin) = find_origin(u, i, surface, motion[i]) {
             (history, noise) = fetch(u, &origin, &ran.previous);
         }

@@ -1,12 +1,15 @@
 //! Where what is seen in a surface was seen, and what history it has there.
 
 use super::super::surface::{Surface, position_of, project, read, towards_eye};
+use super::super::{luminance, rgb};
 use super::history::{Origin, Previous, fetch, find_origin};
+use super::inputs::sample;
 use super::{Noise, ON_A_THRESHOLD, SIZE, check, flat, run_pass};
 use crate::mirror::mirrored;
 use crate::sequence::{Frame, frame};
 use glam::{DMat2, DVec2, DVec3, Vec3};
 use quell::gpu::{FrameUniforms, flags};
+use quell::layout;
 use rand::{Rng, SeedableRng, rngs::StdRng};
 
 /// What is known of a pixel, not rounded as in the guide.
@@ -137,30 +140,32 @@ fn memory(u: &FrameUniforms, own: &Pixel) -> f64 {
     (2.0 * own.surface.roughness.powi(2) / turn.max(1e-4)).max(3.0)
 }
 
-/// History of the specular signal at a pixel, whose surface the guide has rounded.
-pub fn fetch_reflected(
+/// Where a pixel's history may be: that of its surface, and that of what is seen in it.
+struct Origins {
+    surface: Origin,
+    reflected: Option<Origin>,
+    /// Frames that the surface's own may count for.
+    frames: f64,
+}
+
+/// `surface` is as the guide has rounded it.
+fn origins(
     u: &FrameUniforms,
     frame: &Frame,
     i: usize,
     surface: Surface,
     motion: [f32; 3],
-    previous: &Previous,
-) -> ([f64; 4], Noise) {
-    let Some(origin) = find_origin(u, i, surface, motion) else {
-        return ([0.0; 4], Noise::default());
-    };
+) -> Option<Origins> {
+    let origin = find_origin(u, i, surface, motion)?;
     let width = u.size[0] as usize;
-    let own = pixel_at(u, frame, DVec2::new((i % width) as f64, (i / width) as f64)).unwrap();
+    let own = pixel_at(u, frame, DVec2::new((i % width) as f64, (i / width) as f64))?;
     let hit = hit_distance(u, frame, &own).filter(|_| u.flags & flags::HIT_DISTANCE != 0);
-    let eye_before = |position: DVec3| position.length();
-    let of_surface =
-        Origin { nearness: Some(nearness(eye_before(origin.position), hit.unwrap_or(0.0))), ..origin };
+    let nearness_at = |eye: f64, hit: f64| (!frame.specular.is_empty()).then_some(nearness(eye, hit));
     let size = DVec2::new(u.size[0].into(), u.size[1].into());
     let jitter = DVec2::new(u.current.jitter[0].into(), u.current.jitter[1].into());
     let texel_of = |position| project(&u.previous, position).truncate() * size - jitter - 0.5;
     let eye_delta = u.eye_delta.as_dvec3();
-    let most = memory(u, &Pixel { surface, ..pixel_at(u, frame, own.texel).unwrap() });
-    let reflected = hit.filter(|_| most < u.max_history.into()).and_then(|hit| {
+    let reflected = hit.and_then(|hit| {
         let n = own.surface.normal;
         let view = -towards_eye(&u.current, own.position);
         let towards = view - 2.0 * n.dot(view) * n;
@@ -173,15 +178,66 @@ pub fn fetch_reflected(
             position: origin.position + position - own.position,
             surface: Surface { normal, ..origin.surface },
             tolerance: origin.tolerance,
-            nearness: Some(nearness(eye_before(position + eye_delta), to_hit)),
+            nearness: nearness_at((position + eye_delta).length(), to_hit),
         })
     });
+    let rounded = Pixel { surface, ..own };
+    let frames = memory(u, &rounded);
+    let of_surface = nearness_at(origin.position.length(), hit.unwrap_or(0.0));
+    Some(Origins { surface: Origin { nearness: of_surface, ..origin }, reflected, frames })
+}
+
+/// History of a pixel whose surface's own history, or what is seen in it, may be `follow`ed.
+pub fn fetch_signal(
+    u: &FrameUniforms,
+    frame: &Frame,
+    i: usize,
+    surface: Surface,
+    motion: [f32; 3],
+    previous: &Previous,
+    follows: bool,
+) -> ([f64; 4], Noise) {
+    let Some(Origins { surface, reflected, frames }) = origins(u, frame, i, surface, motion) else {
+        return ([0.0; 4], Noise::default());
+    };
+    let reflected = reflected.filter(|_| follows && frames < u.max_history.into());
     let fetched = reflected.map(|origin| fetch(u, &origin, previous)).filter(|(history, _)| history[3] > 0.0);
     fetched.unwrap_or_else(|| {
-        let (mut history, noise) = fetch(u, &of_surface, previous);
-        history[3] = history[3].min(most);
+        let (mut history, noise) = fetch(u, &surface, previous);
+        history[3] = history[3].min(frames * f64::from(frame.samples[i].clamp(1, 1024)));
         (history, noise)
     })
+}
+
+/// Of each tile, whether samples of one signal are better explained by what is seen in the surfaces.
+pub fn favoured(
+    u: &FrameUniforms,
+    frame: &Frame,
+    surfaces: &[Surface],
+    motion: &[[f32; 3]],
+    previous: &Previous,
+) -> Vec<bool> {
+    let mut votes = vec![0.0; layout::count(u.tiles) as usize];
+    for (i, &surface) in surfaces.iter().enumerate() {
+        let Some(sample) = sample(frame, None, i) else { continue };
+        let Some(Origins { surface, reflected: Some(reflected), .. }) =
+            origins(u, frame, i, surface, motion[i])
+        else {
+            continue;
+        };
+        let ((shown, noise), (seen, _)) = (fetch(u, &surface, previous), fetch(u, &reflected, previous));
+        if shown[3] > 0.0 && seen[3] > 0.0 {
+            let square = |history: [f64; 4]| (luminance(sample) - luminance(rgb(&history))).powi(2);
+            let (shown, seen) = (square(shown), square(seen));
+            votes[tile_of(u, i)] += (shown - seen) / (noise.variance + shown + seen).max(1e-12);
+        }
+    }
+    votes.into_iter().map(|vote| vote >= 0.0).collect()
+}
+
+pub fn tile_of(u: &FrameUniforms, i: usize) -> usize {
+    let [x, y] = [i as u32 % u.size[0], i as u32 / u.size[0]];
+    (y / layout::TILE * u.tiles[0] + x / layout::TILE) as usize
 }
 
 const EYES: [Vec3; 2] = [Vec3::new(0.0, 1.4, 1.0), Vec3::new(0.03, 1.42, 0.98)];
@@ -251,5 +307,14 @@ fn matches_its_twin_with_broken_hit_distances_and_motion() {
         }
     }
     let wrong = check(&now, &before, [&motion; 2], flags::SPLIT | flags::HIT_DISTANCE, 33);
+    assert!(wrong <= ON_A_THRESHOLD, "{wrong}");
+}
+
+/// The same mirrors, seen as one signal: some tiles follow what is seen, others the surface.
+#[test]
+fn matches_its_twin_on_one_signal_with_hit_distances() {
+    let frames = frames(0.1);
+    let [before, now] = frames.map(|frame| Frame { specular: vec![], ..frame });
+    let wrong = check(&now, &before, [&flat(&now.motion); 2], flags::HIT_DISTANCE, 34);
     assert!(wrong <= ON_A_THRESHOLD, "{wrong}");
 }
