@@ -142,7 +142,9 @@ pub struct FrameInputs<'a> {
     /// view angle. `Rgba8Unorm`, `Rgba8UnormSrgb` or `Rgba16Float`.
     pub specular_albedo: Option<&'a wgpu::TextureView>,
     /// World-space distance from the first hit to what its specular ray hit; infinite, or at or beyond `Settings::far`, for the
-    /// sky. 0, negative and NaN mean that it is not known. With or without `specular`. `R32Float` or `R16Float`.
+    /// sky. 0, negative and NaN mean that it is not known, as where no specular ray was traced; neighbours then tell. With `specular`,
+    /// its history follows what is seen in the surface; without, each tile's samples choose between that and the surface.
+    /// `R32Float` or `R16Float`.
     pub hit_distance: Option<&'a wgpu::TextureView>,
     /// The camera of this frame. The previous one is remembered.
     pub camera: Camera,

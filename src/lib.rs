@@ -58,7 +58,7 @@
 //! 2. **innovation** asks whether the light changed: that difference is regressed on the surface's features over windows of
 //!    40x40 pixels; what noise would explain as well is not believed.
 //! 3. **accumulate** moves the history by the predicted change and lowers its confidence as a Kalman filter would, so that a
-//!    light that was switched leaves no ghost. Then this frame's samples, weighted by their number, join the temporal mean.
+//!    light that was switched leaves no ghost. Glossy surfaces forget as fast as their view turns. Then this frame's samples, weighted by their number, join the temporal mean.
 //!    Beside it ride the scatter of one sample, and deviations that take the same path as the mean but with alternating
 //!    signs: their squares tell how noisy the mean still is, after all blending and resampling. In the end it sums, per tile,
 //!    the weighted first and second moments of features (normal, position, 1/albedo, surface id, roughness, pixel position)
@@ -74,6 +74,13 @@
 //!    seen, such as a shadow's edge. Then albedo and emission come back.
 //! 7. **sample_map**, on request, turns the expected error into samples per pixel for the next frame, under an average.
 //! 8. **debug_view** shows one of these steps, on request.
+//!
+//! Where [`FrameInputs::specular`] is given, there are two signals, one after the other through the same passes and scratch: first the
+//! rest, then the specular radiance, to which `compose` adds the rest. Each has its own albedo, history and models. The specular
+//! history follows what is seen in the surface: by the hit distance and the surface's curvature, `reproject` steps to where the half
+//! vector was the normal for the previous eye, and takes only taps that showed something as far away; `accumulate` looks in 7x7
+//! pixels for histories that are off in the mean, because what moves in a mirror is smaller than the innovation's windows. With
+//! [`FrameInputs::hit_distance`] alone, the samples of each tile choose between the two histories.
 //!
 //! Each image is read where it is made, and packed into words in between: 55 bytes a pixel are held, 194 are moved in a frame
 //! (`tests/cost.md`).
@@ -95,8 +102,9 @@
 //!   do; history is kept without jitter. TAA or an upscaler goes after quell, usually after tonemapping, and takes quell's
 //!   output, your motion and the same jitter. Inside quell it would be a second history of the image, before the tonemapping
 //!   that it should follow.
-//! - **Limits of this version**: history follows surfaces, so reflections in curved mirrors smear under motion; a change of
-//!   the light that is small against the noise of a few hundred samples is not noticed in one frame and fades in over
+//! - **Reflections**: give [`FrameInputs::specular`] and [`FrameInputs::hit_distance`] where the renderer has them; each alone helps.
+//! - **Limits of this version**: in one signal without hit distances, what mirrors show is blurred and noisier while the camera
+//!   moves, because glossy surfaces forget as fast as their view turns; a change of the light that is small against the noise of a few hundred samples is not noticed in one frame and fades in over
 //!   [`Settings::max_history`] samples.
 
 #![warn(missing_docs)]
