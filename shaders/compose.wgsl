@@ -67,7 +67,7 @@ fn compose(
     let found = temporal_mix(middle_of(surface, corner, place), corner, place, predicted, mean);
     let reflectance = demodulator_at(id.xy, surface);
     var composed = mix(predicted.signal, mean.rgb, found.share) * reflectance;
-    if has(frame, FLAG_EMISSION) {
+    if has(frame, FLAG_EMISSION) && !IS_SPECULAR {
         composed += repair_emission(textureLoad(emission, id.xy, 0).rgb);
     }
     show(id.xy, composed, sqrt(found.square) * luminance(reflectance), found.share);
@@ -198,8 +198,8 @@ fn temporal_mix(middle: Middle, corner: vec2<i32>, place: vec2<i32>, predicted: 
     let beyond = max(squares.x - CHANCE * squares.y, 0.0);
     // Firmer than the plain difference: what is hardly beyond chance is chance more often than not.
     var error = beyond * beyond / max(squares.x, 1e-30);
-    if IS_SPECULAR || middle.surface.roughness < GLOSSY {
-        // Models err more often than not.
+    if IS_SPECULAR || (!has(frame, FLAG_SPLIT) && middle.surface.roughness < GLOSSY) {
+        // Where reflections are seen, models err more often than not.
         error = max(squares.x - squares.y, 0.0);
     }
     if has(frame, FLAG_MIX) && error > 0.0 && mean.w > 0.0 && is_known(predicted) {

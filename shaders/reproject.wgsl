@@ -106,11 +106,16 @@ fn favours_reflections() -> bool {
 fn enter_pixel(pixel: vec2<u32>, lane: u32, follows: bool) {
     var seen = read_surface(pixel);
     let position = position_of(frame, frame.current, vec2<f32>(pixel), seen.depth);
+    // The surface as the guide will hold it.
+    let origin = find_origin(pixel, unpack_surface(pack_surface(seen)));
     var reflection: Reflection;
     if follows && has(frame, FLAG_HIT_DISTANCE) && !is_miss(seen) {
         reflection = reflection_at(pixel, seen, position);
     }
     if IS_SPECULAR {
+        if reflection.hit_distance <= 0.0 && has(frame, FLAG_HISTORY) {
+            reflection.hit_distance = remembered_hit_distance(origin);
+        }
         seen.cue = nearness(ray_length(frame.current, position), reflection.hit_distance);
     }
     let words = pack_surface(seen);
@@ -123,7 +128,7 @@ fn enter_pixel(pixel: vec2<u32>, lane: u32, follows: bool) {
     if is_miss(surface) {
         fetched.history = vec4(read_miss(pixel), 0.0);
     } else if has(frame, FLAG_HISTORY) {
-        fetched = fetch_signal(pixel, find_origin(pixel, surface), position, reflection, sample.count);
+        fetched = fetch_signal(pixel, origin, position, reflection, sample.count);
     }
     let mean = dither_to_half(fetched.history.rgb, pixel, 2u * frame.index);
     let old = vec2(pack2x16float(mean.rg), pack2x16float(vec2(mean.b, fetched.history.w)));
@@ -238,6 +243,19 @@ fn previous_texel(position: vec3<f32>) -> vec2<f32> {
     return uv * vec2<f32>(frame.size) - frame.current.jitter - 0.5;
 }
 
+// What the surface knew of the distance, where no ray of this frame tells.
+fn remembered_hit_distance(origin: Origin) -> f32 {
+    let texel = vec2<i32>(round(origin.texel));
+    if !inside(texel, frame) {
+        return 0.0;
+    }
+    let tap = unpack_surface(textureLoad(previous_guide, texel, 0).xy);
+    if is_miss(tap) || tap.id != origin.surface.id || tap.cue <= 0.0 {
+        return 0.0;
+    }
+    return ray_length(frame.previous, origin.position) * (1.0 / tap.cue - 1.0);
+}
+
 // Motion by which a surface is told from one that stands still.
 const STILL_PX = 0.5;
 // Difference of nearness by which one reflected thing is told from another in a mirror, the rounding of the code included.
@@ -254,7 +272,8 @@ fn tap_belongs(texel: vec2<i32>, origin: Origin) -> bool {
     let position = position_of(frame, frame.previous, vec2<f32>(texel), tap.depth);
     if IS_SPECULAR {
         // A rough surface shows many things at once.
-        if abs(origin.nearness - tap.cue) > NEARNESS_TOLERANCE + tap.roughness {
+        let is_other = abs(origin.nearness - tap.cue) > NEARNESS_TOLERANCE + tap.roughness;
+        if is_other && origin.nearness > 0.0 && tap.cue > 0.0 {
             return false;
         }
     }
@@ -354,10 +373,9 @@ fn fetch_catmull_rom(base: vec2<i32>, f: vec2<f32>, origin: Origin) -> Sharp {
             sharp.deviations += w * unpack_noise(textureLoad(noise, texel, 0).x, tap.w).deviations;
         }
     }
-    // Negative lobes ring next to something bright.
-    sharp.mean = max(sharp.mean, vec3(0.0));
+    // Negative lobes ring next to something bright. What is far below all taps holds no colour to brighten.
     let l = luminance(sharp.mean);
-    sharp.mean *= clamp(l, range.x, range.y) / max(l, 1e-30);
-    sharp.valid = true;
+    sharp.mean = max(sharp.mean, vec3(0.0)) * (clamp(l, range.x, range.y) / max(l, 1e-30));
+    sharp.valid = l >= 0.5 * range.x;
     return sharp;
 }

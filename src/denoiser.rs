@@ -426,7 +426,7 @@ impl Denoiser {
                 | flag(matches!(inputs.debug, Some((DebugView::MixWeight, _))), flags::SHOW_MIX),
             sample_budget: inputs.sample_map.map_or(0.0, |map| map.samples_per_pixel),
             dark_level: inputs.sample_map.map_or(0.0, |map| map.dark_level),
-            model_limit: limit.map_or(u32::MAX, |limit| limit.div_ceil(signals)),
+            model_limit: limit.map_or(u32::MAX, |limit| limit / signals),
             debug_view: inputs.debug.map_or(0, |(view, _)| view as u32),
             ..FrameUniforms::zeroed()
         };

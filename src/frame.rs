@@ -168,7 +168,8 @@ pub struct FrameInputs<'a> {
 /// What a frame was recorded with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FrameOutputs {
-    /// Whether the frame started without history, by `HistoryMode::Restart` or because it is the first.
+    /// Whether the frame started without history: by `HistoryMode::Restart`, because it is the first, or because `specular` came or
+    /// went.
     pub restarted: bool,
     /// What the caller should know, once.
     pub notice: Option<Notice>,

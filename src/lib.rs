@@ -50,7 +50,7 @@
 //! they share is in `shaders/include/`.
 //!
 //! 1. **reproject** repairs the inputs (NaN, infinity, negative radiance, zero albedo), takes emission out and divides by
-//!    albedo, so that what is filtered is close to irradiance; and packs the surface of each pixel into a *guide*. Then it
+//!    0.1 + 0.9 albedo, so that what is filtered is close to irradiance; and packs the surface of each pixel into a *guide*. Then it
 //!    fetches the pixel's history from where motion says its surface was. Every tap must belong to the same surface: its id,
 //!    its normal and its distance from the surface's tangent plane decide. Where all 4x4 taps do, the fetch is bicubic
 //!    (Catmull-Rom) and stays sharp. What the new samples differ by from this history is summed into moments per tile of 8x8

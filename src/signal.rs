@@ -11,7 +11,7 @@ use wgpu::{Buffer, BufferUsages, TextureFormat, TextureView};
 pub(crate) struct Signal {
     /// Temporal mean of demodulated radiance, effective sample count in w.
     pub history: TextureView,
-    /// How far samples scatter, and how far the mean is off, by chance and by lagging behind.
+    /// How far samples scatter, and how far the mean is off, by chance.
     pub noise: TextureView,
     /// One per tile. Under a budget they outlive the frame, as the next two.
     pub models: Buffer,

@@ -21,7 +21,8 @@ fn surface_features(s: Surface, position: vec3<f32>) -> array<f32, SURFACE_FEATU
     if IS_SPECULAR {
         // What a mirror shows is as smooth as what is reflected; a rough lobe takes in too much for that.
         let eye = towards_eye(frame.current, position);
-        let hit_distance = ray_length(frame.current, position) * (1.0 / max(s.cue, LEAST_CUE) - 1.0);
+        let farther = select(0.0, 1.0 / max(s.cue, LEAST_CUE) - 1.0, s.cue > 0.0);
+        let hit_distance = ray_length(frame.current, position) * farther;
         let mirrored = saturate(1.0 - s.roughness / MIRROR_ROUGHNESS);
         seen += mirrored * hit_distance * reflect(-eye, s.normal);
         cue *= mirrored;

@@ -43,7 +43,7 @@ fn read_sample(pixel: vec2<u32>, surface: Surface) -> Sample {
         return Sample(vec3(0.0), 0.0);
     }
     var seen = max(traced, vec3(0.0));
-    if has(frame, FLAG_EMISSION) {
+    if has(frame, FLAG_EMISSION) && !IS_SPECULAR {
         seen = max(seen - repair_emission(textureLoad(emission, pixel, 0).rgb), vec3(0.0));
     }
     return Sample(seen / demodulator_at(pixel, surface), count);

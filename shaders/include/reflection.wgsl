@@ -38,7 +38,7 @@ fn known_hit_distance(pixel: vec2<u32>, surface: Surface, position: vec3<f32>) -
         if inside(texel, frame) {
             let found = hit_distance_at(texel, surface);
             let other = neighbour_at(texel);
-            if found > 0.0 && continues(surface.normal, surface.depth, other.normal, other.position - position) {
+            if found > 0.0 && other.is_hit && continues(surface.normal, surface.depth, other.normal, other.position - position) {
                 let share = saturate(2.0 * surface.roughness * surface.roughness * found / pixel_width - 1.0);
                 sum += select(share, 1.0, i == 4 || own <= 0.0) * vec2(1.0 / found, 1.0);
             }
@@ -50,13 +50,14 @@ fn known_hit_distance(pixel: vec2<u32>, surface: Surface, position: vec3<f32>) -
 struct Neighbour {
     normal: vec3<f32>,
     position: vec3<f32>,
+    is_hit: bool,
 }
 
 fn neighbour_at(texel: vec2<i32>) -> Neighbour {
     let normal = repair_normal(textureLoad(normal_roughness, texel, 0).xyz);
     let d = textureLoad(depth, texel, 0).x;
-    let seen = select(0.0, d, is_finite(d) && d > 0.0); // else far from any surface
-    return Neighbour(normal, position_of(frame, frame.current, vec2<f32>(texel), seen));
+    let is_hit = is_finite(d) && d > 0.0;
+    return Neighbour(normal, position_of(frame, frame.current, vec2<f32>(texel), select(0.0, d, is_hit)), is_hit);
 }
 
 // Columns span the tangent plane. Source: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 2017
@@ -67,7 +68,8 @@ fn tangents(n: vec3<f32>) -> mat2x3<f32> {
     return mat2x3(1.0 + side * n.x * n.x * a, side * b, -side * n.x, b, side + n.y * n.y * a, -n.y);
 }
 
-const CURVATURE_STEP = 2; // pixels: normals are rounded
+const CURVATURE_STEP = 2;  // pixels: normals are rounded
+const LEAST_SPREAD = 1e-3; // of the neighbours, in a direction that counts
 
 // How the normal turns along the surface, in the basis of the tangents: positive where it bulges towards the viewer. Least squares
 // over the neighbours; 0 along a direction in which there is none.
@@ -80,7 +82,7 @@ fn curvature_at(pixel: vec2<u32>, surface: Surface, position: vec3<f32>, normal:
         if inside(texel, frame) {
             let other = neighbour_at(texel);
             let offset = other.position - position;
-            if continues(surface.normal, surface.depth, other.normal, offset) {
+            if other.is_hit && continues(surface.normal, surface.depth, other.normal, offset) {
                 let turn = (other.normal - normal) * basis;
                 let along = offset * basis;
                 products += mat2x2(turn * along.x, turn * along.y);
@@ -88,8 +90,12 @@ fn curvature_at(pixel: vec2<u32>, surface: Surface, position: vec3<f32>, normal:
             }
         }
     }
-    let floor = 1e-3 * (squares[0][0] + squares[1][1]) + 1e-30;
-    let turned = products * inverse_of(squares + mat2x2(floor, 0.0, 0.0, floor));
+    let size = squares[0][0] + squares[1][1];
+    if size <= 0.0 {
+        return mat2x2<f32>();
+    }
+    let ridge = mat2x2(LEAST_SPREAD, 0.0, 0.0, LEAST_SPREAD);
+    let turned = (products * (1.0 / size)) * inverse_of(squares * (1.0 / size) + ridge);
     let shear = 0.5 * (turned[0][1] + turned[1][0]);
     return mat2x2(turned[0][0], shear, shear, turned[1][1]);
 }
@@ -134,7 +140,8 @@ fn perpendicular(v: vec2<f32>) -> mat2x2<f32> {
     return mat2x2(1.0 - v.x * v.x, -v.x * v.y, -v.x * v.y, 1.0 - v.y * v.y);
 }
 
-// Distance of the eye over that and the distance of the hit: 1 for what touches the surface, 0 for the sky.
+// Distance of the eye over that and the distance of the hit: 1 for what touches the surface, next to 0 for the sky; 0 where the hit
+// is not known.
 fn nearness(eye_distance: f32, hit_distance: f32) -> f32 {
-    return eye_distance / max(eye_distance + hit_distance, 1e-30);
+    return select(0.0, eye_distance / max(eye_distance + hit_distance, 1e-30), hit_distance > 0.0);
 }

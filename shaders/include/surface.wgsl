@@ -3,7 +3,7 @@
 struct Surface {
     normal: vec3<f32>,
     depth: f32,            // linear view depth; 0 is a miss
-    cue: f32,              // 0.1 / luminance of the demodulator; of the specular signal, how near what it reflects is (include/reflection)
+    cue: f32,              // 0.1 / luminance of the demodulator; of the specular signal, nearness (include/reflection); 0 for the rest of a split
     roughness: f32,
     id: u32,               // hashed to 10 bits
 }

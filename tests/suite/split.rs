@@ -5,6 +5,7 @@ use crate::mirror::mirrored;
 use crate::sequence::{Frame, denoise, denoiser, frame, psnr, read_output, submit, walk};
 use glam::Vec3;
 use quell::{DebugView, FrameInputs, HistoryMode, SampleMap, Settings};
+use rand::{Rng, SeedableRng, rngs::StdRng};
 use wgpu::TextureFormat as Format;
 
 const SIZE: [u32; 2] = [128, 96];
@@ -66,16 +67,16 @@ fn what_a_mirror_shows_is_followed_in_one_signal() {
     let told: Vec<Frame> = mirrors(12, 0.03).iter().map(only_mirror).collect();
     let blind: Vec<Frame> =
         told.iter().map(|frame| Frame { hit_distance: vec![], ..frame.clone() }).collect();
-    let [told, blind] = [told, blind].map(|frames| share_with_history(&frames));
+    let [told, blind] = [told, blind].map(|frames| share_with_history(&frames, &Settings::default()));
     println!("{told:.2} of the pixels have history; without hit distances {blind:.2}");
     assert!(told > 0.4 && blind < 0.1, "{told:.2} {blind:.2}");
 }
 
 /// Share of the pixels whose history is at least six frames long, after all frames.
-fn share_with_history(frames: &[Frame]) -> f64 {
+fn share_with_history(frames: &[Frame], settings: &Settings) -> f64 {
     let mut quell = denoiser(SIZE);
     let lengths = blank(SIZE, Format::Rgba16Float);
-    let settings = Settings { max_history: 12.0, innovation: false, ..Settings::default() };
+    let settings = Settings { max_history: 12.0, innovation: false, ..*settings };
     for frame in frames {
         let images = frame.upload();
         let debug = Some((DebugView::HistoryLength, &lengths));
@@ -218,4 +219,36 @@ fn an_albedo_without_its_signal_is_refused() {
     for part in ["specular_albedo", "`specular`"] {
         assert!(message.contains(part), "{message}");
     }
+}
+
+/// Where the specular lobe was not sampled, its neighbours or the past know the distance: history goes on.
+#[test]
+fn distances_that_are_seldom_known_keep_history() {
+    let frames = mirrors(14, 0.15);
+    let mut random = StdRng::seed_from_u64(9);
+    let mut unknown = frames.clone();
+    for frame in &mut unknown {
+        frame
+            .hit_distance
+            .iter_mut()
+            .filter(|_| random.random_bool(0.9))
+            .for_each(|distance| *distance = 0.0);
+    }
+    let settings = Settings { debug_specular: true, ..Settings::default() };
+    let [known, seldom] = [frames, unknown].map(|frames| share_with_history(&frames, &settings));
+    println!("{known:.2} of the pixels have history; with one distance in ten {seldom:.2}");
+    assert!(known > 0.8 && seldom > known - 0.1, "{known:.2} {seldom:.2}");
+}
+
+/// Glossy surfaces forget as their view turns: not at all where it does not.
+#[test]
+fn a_still_view_of_a_mirror_forgets_nothing() {
+    let still = |seed| {
+        let mut frame = frame(SIZE, EYE, EYE, seed);
+        frame.normal.iter_mut().for_each(|normal| normal[3] = 0.0);
+        frame
+    };
+    let frames: Vec<Frame> = (0..12).map(still).collect();
+    let share = share_with_history(&frames, &Settings::default());
+    assert!(share > 0.99, "{share:.2}");
 }

@@ -71,7 +71,7 @@ fn memory(u: &FrameUniforms, i: usize, surface: &Surface) -> f64 {
     let position = position_of(u, &u.current, pixel, surface.depth);
     let before = towards_eye(&u.previous, position + u.eye_delta.as_dvec3());
     let turn = (towards_eye(&u.current, position) - before).length();
-    (2.0 * surface.roughness.powi(2) / turn.max(1e-4)).max(3.0)
+    if turn < 1e-4 { f64::INFINITY } else { (2.0 * surface.roughness.powi(2) / turn).max(3.0) }
 }
 
 /// Models of the innovation, at every other tile.

@@ -72,7 +72,7 @@ fn guide(frame: &Frame) -> (Vec<[u32; 2]>, Vec<Surface>) {
         let mut surface = surface::read(frame, f64::INFINITY, i);
         if let Some(&hit) = frame.hit_distance.get(i).filter(|_| !frame.specular.is_empty()) {
             let eye = surface::position_of(&u, &u.current, surface::pixel(&u, i), surface.depth).length();
-            surface.cue = eye / (eye + f64::from(hit));
+            surface.cue = if hit > 0.0 { eye / (eye + f64::from(hit)) } else { 0.0 };
         }
         surface::pack(&surface)
     };

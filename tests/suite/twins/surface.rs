@@ -161,7 +161,7 @@ pub fn surface_features(
     if signal == Signal::Specular {
         // That of what is reflected.
         let view = -towards_eye(&frame.current, p);
-        let distance = p.length() * (1.0 / s.cue.max(0.0625) - 1.0);
+        let distance = if s.cue > 0.0 { p.length() * (1.0 / s.cue.max(0.0625) - 1.0) } else { 0.0 };
         let mirrored = (1.0 - 5.0 * s.roughness).max(0.0);
         p += (view - 2.0 * s.normal.dot(view) * s.normal) * distance * mirrored;
         cue *= mirrored;

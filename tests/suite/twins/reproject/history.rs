@@ -64,7 +64,9 @@ fn tap(u: &FrameUniforms, texel: DVec2, origin: &Origin, previous: &Previous) ->
         && tap.id == origin.surface.id
         && tap.normal.dot(origin.surface.normal) > 0.8
         && tap.normal.dot(offset).abs() < origin.tolerance
-        && origin.nearness.is_none_or(|nearness| (nearness - tap.cue).abs() <= 0.01 + tap.roughness);
+        && origin
+            .nearness
+            .is_none_or(|nearness| tap.cue == 0.0 || (nearness - tap.cue).abs() <= 0.01 + tap.roughness);
     belongs.then_some(index)
 }
 
@@ -123,10 +125,11 @@ pub fn fetch(u: &FrameUniforms, origin: &Origin, previous: &Previous) -> ([f64; 
             let [least, most] = [f64::min, f64::max].map(|pick| {
                 inner.map(|tap| luminance([tap[0], tap[1], tap[2]])).into_iter().reduce(pick).unwrap()
             });
-            let sharp_mean = [sharp[0], sharp[1], sharp[2]].map(|c| c.max(0.0));
-            let l = luminance(sharp_mean);
-            (0..3).for_each(|c| history[c] = sharp_mean[c] * l.clamp(least, most) / l.max(1e-30));
-            noise.deviations.copy_from_slice(&sharp[3..]);
+            let l = luminance([sharp[0], sharp[1], sharp[2]]);
+            if l >= 0.5 * least {
+                (0..3).for_each(|c| history[c] = sharp[c].max(0.0) * l.clamp(least, most) / l.max(1e-30));
+                noise.deviations.copy_from_slice(&sharp[3..]);
+            }
         }
     }
     (history, noise)

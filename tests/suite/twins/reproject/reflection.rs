@@ -20,9 +20,7 @@ struct Pixel {
 }
 
 fn pixel_at(u: &FrameUniforms, frame: &Frame, texel: DVec2) -> Option<Pixel> {
-    let [width, height] = u.size.map(f64::from);
-    let is_inside = texel.x >= 0.0 && texel.y >= 0.0 && texel.x < width && texel.y < height;
-    let surface = is_inside.then(|| read(frame, u.far.into(), (texel.y * width + texel.x) as usize))?;
+    let surface = read(frame, u.far.into(), index_at(u, texel)?);
     Some(Pixel { surface, position: position_of(u, &u.current, texel, surface.depth), texel })
 }
 
@@ -41,7 +39,8 @@ fn neighbours<'a>(
         let other = pixel_at(u, frame, own.texel + DVec2::new(x, y))?;
         let n = own.surface.normal;
         let off = n.dot(other.position - own.position).abs();
-        (n.dot(other.surface.normal) > 0.9 && off < 0.01 * own.surface.depth).then_some(other)
+        let continues = n.dot(other.surface.normal) > 0.9 && off < 0.01 * own.surface.depth;
+        (continues && !other.surface.is_miss()).then_some(other)
     })
 }
 
@@ -101,8 +100,11 @@ fn curvature(u: &FrameUniforms, frame: &Frame, own: &Pixel, basis: [DVec3; 2]) -
         products += outer(in_plane(basis, other.surface.normal - own.surface.normal), along);
         squares += outer(along, along);
     }
-    let floor = 1e-3 * (squares.x_axis.x + squares.y_axis.y) + 1e-30;
-    let turned = products * (squares + DMat2::from_diagonal(DVec2::splat(floor))).inverse();
+    let size = squares.x_axis.x + squares.y_axis.y;
+    if size == 0.0 {
+        return DMat2::ZERO;
+    }
+    let turned = products * (squares + DMat2::from_diagonal(DVec2::splat(1e-3 * size))).inverse();
     0.5 * (turned + turned.transpose())
 }
 
@@ -137,7 +139,7 @@ fn previous_reflector(
 fn memory(u: &FrameUniforms, own: &Pixel) -> f64 {
     let before = towards_eye(&u.previous, own.position + u.eye_delta.as_dvec3());
     let turn = (towards_eye(&u.current, own.position) - before).length();
-    (2.0 * own.surface.roughness.powi(2) / turn.max(1e-4)).max(3.0)
+    if turn < 1e-4 { f64::INFINITY } else { (2.0 * own.surface.roughness.powi(2) / turn).max(3.0) }
 }
 
 /// Where a pixel's history may be: that of its surface, and that of what is seen in it.
@@ -155,12 +157,20 @@ fn origins(
     i: usize,
     surface: Surface,
     motion: [f32; 3],
+    previous: &Previous,
 ) -> Option<Origins> {
     let origin = find_origin(u, i, surface, motion)?;
     let width = u.size[0] as usize;
     let own = pixel_at(u, frame, DVec2::new((i % width) as f64, (i / width) as f64))?;
     let hit = hit_distance(u, frame, &own).filter(|_| u.flags & flags::HIT_DISTANCE != 0);
-    let nearness_at = |eye: f64, hit: f64| (!frame.specular.is_empty()).then_some(nearness(eye, hit));
+    let is_specular = !frame.specular.is_empty();
+    // Where no ray tells, what the surface knew.
+    let hit = hit.or_else(|| {
+        let tap = previous.surfaces[index_at(u, origin.texel.round()).filter(|_| is_specular)?];
+        let is_known = !tap.is_miss() && tap.id == origin.surface.id && tap.cue > 0.0;
+        is_known.then(|| origin.position.length() * (1.0 / tap.cue - 1.0))
+    });
+    let nearness_at = |eye: f64, hit: f64| is_specular.then_some(nearness(eye, hit));
     let size = DVec2::new(u.size[0].into(), u.size[1].into());
     let jitter = DVec2::new(u.current.jitter[0].into(), u.current.jitter[1].into());
     let texel_of = |position| project(&u.previous, position).truncate() * size - jitter - 0.5;
@@ -183,7 +193,7 @@ fn origins(
     });
     let rounded = Pixel { surface, ..own };
     let frames = memory(u, &rounded);
-    let of_surface = nearness_at(origin.position.length(), hit.unwrap_or(0.0));
+    let of_surface = hit.and_then(|hit| nearness_at(origin.position.length(), hit));
     Some(Origins { surface: Origin { nearness: of_surface, ..origin }, reflected, frames })
 }
 
@@ -197,7 +207,7 @@ pub fn fetch_signal(
     previous: &Previous,
     follows: bool,
 ) -> ([f64; 4], Noise) {
-    let Some(Origins { surface, reflected, frames }) = origins(u, frame, i, surface, motion) else {
+    let Some(Origins { surface, reflected, frames }) = origins(u, frame, i, surface, motion, previous) else {
         return ([0.0; 4], Noise::default());
     };
     let reflected = reflected.filter(|_| follows && frames < u.max_history.into());
@@ -221,7 +231,7 @@ pub fn favoured(
     for (i, &surface) in surfaces.iter().enumerate() {
         let Some(sample) = sample(frame, None, i) else { continue };
         let Some(Origins { surface, reflected: Some(reflected), .. }) =
-            origins(u, frame, i, surface, motion[i])
+            origins(u, frame, i, surface, motion[i], previous)
         else {
             continue;
         };
@@ -233,6 +243,13 @@ pub fn favoured(
         }
     }
     votes.into_iter().map(|vote| vote >= 0.0).collect()
+}
+
+/// None outside of the image.
+fn index_at(u: &FrameUniforms, texel: DVec2) -> Option<usize> {
+    let [width, height] = u.size.map(f64::from);
+    let is_inside = texel.x >= 0.0 && texel.y >= 0.0 && texel.x < width && texel.y < height;
+    is_inside.then(|| (texel.y * width + texel.x) as usize)
 }
 
 pub fn tile_of(u: &FrameUniforms, i: usize) -> usize {
