@@ -249,7 +249,7 @@ pub fn favoured(
 fn index_at(u: &FrameUniforms, texel: DVec2) -> Option<usize> {
     let [width, height] = u.size.map(f64::from);
     let is_inside = texel.x >= 0.0 && texel.y >= 0.0 && texel.x < width && texel.y < height;
-    is_inside.then(|| (texel.y * width + texel.x) as usize)
+    is_inside.then_some((texel.y * width + texel.x) as usize)
 }
 
 pub fn tile_of(u: &FrameUniforms, i: usize) -> usize {
