@@ -2,7 +2,8 @@
 //
 // Reads   guide, prediction, history, noise; the caller's albedo, emission; rest: what the other signal came to, where this is
 //         the specular one.
-// Writes  output: the caller's image, or rest, with its expected error in w; error: its expected error (layout: include/error), where somebody asks for it;
+// Writes  output: the caller's image, or rest, with its expected error in w
+//         error: the output's expected error (layout: include/error), where somebody asks for it
 //         mix_weight: share of the temporal mean, where a debug view shows it
 // Source  shrinkage towards a model by estimated risk: James and Stein, "Estimation with Quadratic Loss", 1961
 

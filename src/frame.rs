@@ -134,17 +134,18 @@ pub struct FrameInputs<'a> {
     /// this image every pixel has one. `R32Uint` or `R8Uint`.
     pub sample_count: Option<&'a wgpu::TextureView>,
     /// Radiance of this frame's samples that left the first hit through the specular lobe. Where it is given, `radiance` holds
-    /// the rest, and the two are denoised apart: each with its own albedo, history and motion. Invalid pixels as in `radiance`.
-    /// `Rgba16Float` or `Rgba32Float`.
+    /// the rest, and the two are denoised apart: each with its own albedo, history and motion. Invalid pixels as in
+    /// `radiance`; at a miss it is not looked at. History restarts where it comes or goes, and what it needs stays
+    /// allocated. `Rgba16Float` or `Rgba32Float`.
     pub specular: Option<&'a wgpu::TextureView>,
     /// Reflectance of the specular lobe towards the camera, over all directions that light may come from, linear once sampled.
     /// Only with `specular`. Without this image it is derived from a reflectance at normal incidence of 0.04, roughness and
     /// view angle. `Rgba8Unorm`, `Rgba8UnormSrgb` or `Rgba16Float`.
     pub specular_albedo: Option<&'a wgpu::TextureView>,
     /// World-space distance from the first hit to what its specular ray hit; infinite, or at or beyond `Settings::far`, for the
-    /// sky. 0, negative and NaN mean that it is not known, as where no specular ray was traced; neighbours then tell. With `specular`,
-    /// its history follows what is seen in the surface; without, each tile's samples choose between that and the surface.
-    /// `R32Float` or `R16Float`.
+    /// sky. 0, negative and NaN mean that it is not known, as where no specular ray was traced; neighbours then tell. With
+    /// `specular`, its history follows what is seen in the surface; without, each tile's samples choose between that and
+    /// the surface. `R32Float` or `R16Float`.
     pub hit_distance: Option<&'a wgpu::TextureView>,
     /// The camera of this frame. The previous one is remembered.
     pub camera: Camera,
@@ -168,8 +169,8 @@ pub struct FrameInputs<'a> {
 /// What a frame was recorded with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FrameOutputs {
-    /// Whether the frame started without history: by `HistoryMode::Restart`, because it is the first, or because `specular` came or
-    /// went.
+    /// Whether the frame started without history: by `HistoryMode::Restart`, because it is the first, or because `specular`
+    /// came or went.
     pub restarted: bool,
     /// What the caller should know, once.
     pub notice: Option<Notice>,

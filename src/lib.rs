@@ -50,19 +50,19 @@
 //! they share is in `shaders/include/`.
 //!
 //! 1. **reproject** repairs the inputs (NaN, infinity, negative radiance, zero albedo), takes emission out and divides by
-//!    0.1 + 0.9 albedo, so that what is filtered is close to irradiance; and packs the surface of each pixel into a *guide*. Then it
-//!    fetches the pixel's history from where motion says its surface was. Every tap must belong to the same surface: its id,
-//!    its normal and its distance from the surface's tangent plane decide. Where all 4x4 taps do, the fetch is bicubic
-//!    (Catmull-Rom) and stays sharp. What the new samples differ by from this history is summed into moments per tile of 8x8
-//!    pixels.
+//!    0.1 + 0.9 albedo, so that what is filtered is close to irradiance; and packs the surface of each pixel into a
+//!    *guide*. Then it fetches the pixel's history from where motion says its surface was. Every tap must belong to the
+//!    same surface: its id, its normal and its distance from the surface's tangent plane decide. Where all 4x4 taps do, the
+//!    fetch is bicubic (Catmull-Rom) and stays sharp. What the new samples differ by from this history is summed into
+//!    moments per tile of 8x8 pixels.
 //! 2. **innovation** asks whether the light changed: that difference is regressed on the surface's features over windows of
 //!    40x40 pixels; what noise would explain as well is not believed.
 //! 3. **accumulate** moves the history by the predicted change and lowers its confidence as a Kalman filter would, so that a
-//!    light that was switched leaves no ghost. Glossy surfaces forget as fast as their view turns. Then this frame's samples, weighted by their number, join the temporal mean.
-//!    Beside it ride the scatter of one sample, and deviations that take the same path as the mean but with alternating
-//!    signs: their squares tell how noisy the mean still is, after all blending and resampling. In the end it sums, per tile,
-//!    the weighted first and second moments of features (normal, position, 1/albedo, surface id, roughness, pixel position)
-//!    and colour.
+//!    light that was switched leaves no ghost. Glossy surfaces forget as fast as their view turns. Then this frame's
+//!    samples, weighted by their number, join the temporal mean. Beside it ride the scatter of one sample, and deviations
+//!    that take the same path as the mean but with alternating signs: their squares tell how noisy the mean still is, after
+//!    all blending and resampling. In the end it sums, per tile, the weighted first and second moments of features (normal,
+//!    position, 1/albedo, surface id, roughness, pixel position) and colour.
 //! 4. **fit** places centres coarse to fine, each where no model reaches well yet. At a centre, nested windows of tiles grow,
 //!    and the one whose model has the least predicted error is kept. A model is a ridge regression, whose ridge is a prior:
 //!    steep slopes must be earned by samples. A few thousand numbers go in, no pixel is read twice, and the result is exactly
@@ -75,12 +75,13 @@
 //! 7. **sample_map**, on request, turns the expected error into samples per pixel for the next frame, under an average.
 //! 8. **debug_view** shows one of these steps, on request.
 //!
-//! Where [`FrameInputs::specular`] is given, there are two signals, one after the other through the same passes and scratch: first the
-//! rest, then the specular radiance, to which `compose` adds the rest. Each has its own albedo, history and models. The specular
-//! history follows what is seen in the surface: by the hit distance and the surface's curvature, `reproject` steps to where the half
-//! vector was the normal for the previous eye, and takes only taps that showed something as far away; `accumulate` looks in 7x7
-//! pixels for histories that are off in the mean, because what moves in a mirror is smaller than the innovation's windows. With
-//! [`FrameInputs::hit_distance`] alone, the samples of each tile choose between the two histories.
+//! Where [`FrameInputs::specular`] is given, there are two signals, one after the other through the same passes and
+//! scratch: first the rest, then the specular radiance, to which `compose` adds the rest. Each has its own albedo, history
+//! and models. The specular history follows what is seen in the surface: by the hit distance and the surface's curvature,
+//! `reproject` steps to where the half vector was the normal for the previous eye, and takes only taps that showed
+//! something as far away; `accumulate` looks in 7x7 pixels for histories that are off in the mean, because what moves in a
+//! mirror is smaller than the innovation's windows. With [`FrameInputs::hit_distance`] alone, the samples of each tile
+//! choose between the two histories.
 //!
 //! Each image is read where it is made, and packed into words in between: 55 bytes a pixel are held, 194 are moved in a frame
 //! (`tests/cost.md`).
@@ -95,17 +96,19 @@
 //!   history is then black wherever the camera moves.
 //! - **Cuts**: say [`HistoryMode::Restart`]. **Resizes**: [`Denoiser::resize`].
 //! - **Several cameras**: one [`Denoiser`] each, with shared [`Pipelines`].
-//! - **Samples**: give [`FrameInputs::sample_count`] where pixels get different numbers of them; those without any are predicted. A
-//!   [`SampleMap`] receives what the next frame should be traced with, down to a sixteenth of a sample per pixel.
+//! - **Samples**: give [`FrameInputs::sample_count`] where pixels get different numbers of them; those without any are
+//!   predicted. A [`SampleMap`] receives what the next frame should be traced with, down to a sixteenth of a sample per
+//!   pixel.
 //! - **Time**: a [`Budget`] limits the models of a frame, or chooses their number by the frame's time.
 //! - **Anti-aliasing**: the output lies where [`Camera::jitter_px`] says, so its edges step from frame to frame as the G-buffer's
 //!   do; history is kept without jitter. TAA or an upscaler goes after quell, usually after tonemapping, and takes quell's
 //!   output, your motion and the same jitter. Inside quell it would be a second history of the image, before the tonemapping
 //!   that it should follow.
-//! - **Reflections**: give [`FrameInputs::specular`] and [`FrameInputs::hit_distance`] where the renderer has them; each alone helps.
+//! - **Reflections**: give [`FrameInputs::specular`] and [`FrameInputs::hit_distance`] where the renderer has them; each
+//!   alone helps.
 //! - **Limits of this version**: in one signal without hit distances, what mirrors show is blurred and noisier while the camera
-//!   moves, because glossy surfaces forget as fast as their view turns; a change of the light that is small against the noise of a few hundred samples is not noticed in one frame and fades in over
-//!   [`Settings::max_history`] samples.
+//!   moves, because glossy surfaces forget as fast as their view turns; a change of the light that is small against the
+//!   noise of a few hundred samples is not noticed in one frame and fades in over [`Settings::max_history`] samples.
 
 #![warn(missing_docs)]
 

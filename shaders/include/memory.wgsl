@@ -1,7 +1,7 @@
 // How long what a surface showed says what it shows now.
 //
-// Source: half vectors turn by half of what the light's direction does: Walter et al., "Microfacet Models for Refraction through Rough
-// Surfaces", EGSR 2007
+// Source: half vectors turn by half of what the light's direction does: Walter et al., "Microfacet Models for Refraction
+// through Rough Surfaces", EGSR 2007
 
 // Half-width of what a microfacet lobe gathers, in the square of linear roughness, radians.
 const LOBE_WIDTH = 2.0;

@@ -3,7 +3,8 @@
 struct Surface {
     normal: vec3<f32>,
     depth: f32,            // linear view depth; 0 is a miss
-    cue: f32,              // 0.1 / luminance of the demodulator; of the specular signal, nearness (include/reflection); 0 for the rest of a split
+    cue: f32,              // 0.1 / luminance of the demodulator; of the specular signal, nearness (include/reflection); of the
+                           // rest of a split, 0
     roughness: f32,
     id: u32,               // hashed to 10 bits
 }

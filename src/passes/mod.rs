@@ -39,8 +39,8 @@ pub const ALL: [&KernelDescriptor; 13] = [
 pub const SPECULAR: [&KernelDescriptor; 4] =
     [&reproject::DESCRIPTOR, &accumulate::DESCRIPTOR, &predict::DESCRIPTOR, &compose::DESCRIPTOR];
 
-/// All passes, compiled; those of the specular signal, and those that use hit distances, when they are first needed. Denoisers of several cameras can share one
-/// set.
+/// All passes, compiled; those of the specular signal, and those that use hit distances, when they are first needed.
+/// Denoisers of several cameras can share one set.
 #[derive(Debug)]
 pub struct Pipelines {
     pub(crate) signal: SignalPasses,
