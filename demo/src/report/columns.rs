@@ -22,8 +22,9 @@ const fn column(
     Column { key, title, unit, higher_is_better, decimals, value }
 }
 
-pub const COLUMNS: [Column; 7] = [
+pub const COLUMNS: [Column; 8] = [
     column(["psnr_db", "PSNR", "dB"], true, 2, |n| Some(n.quality.metrics.psnr_db)),
+    column(["reflective_psnr_db", "reflective", "dB"], true, 2, |n| n.quality.metrics.reflective_psnr_db),
     column(["ssim", "SSIM", ""], true, 4, |n| Some(n.quality.metrics.ssim)),
     column(["flip", "FLIP", ""], false, 4, |n| Some(n.quality.metrics.flip)),
     column(["relative_mse", "rel. MSE", ""], false, 4, |n| Some(n.quality.metrics.relative_mse)),
