@@ -106,15 +106,16 @@ fn favours_reflections() -> bool {
 fn enter_pixel(pixel: vec2<u32>, lane: u32, follows: bool) {
     var seen = read_surface(pixel);
     let position = position_of(frame, frame.current, vec2<f32>(pixel), seen.depth);
-    // The surface as the guide will hold it.
-    let origin = find_origin(pixel, unpack_surface(pack_surface(seen)));
     var reflection: Reflection;
-    if follows && has(frame, FLAG_HIT_DISTANCE) && !is_miss(seen) {
-        reflection = reflection_at(pixel, seen, position);
+    if IS_SPECULAR | HAS_REFLECTIONS {
+        if follows && has(frame, FLAG_HIT_DISTANCE) && !is_miss(seen) {
+            reflection = reflection_at(pixel, seen, position);
+        }
     }
     if IS_SPECULAR {
-        if reflection.hit_distance <= 0.0 && has(frame, FLAG_HISTORY) {
-            reflection.hit_distance = remembered_hit_distance(origin);
+        if reflection.hit_distance <= 0.0 && has(frame, FLAG_HISTORY) && !is_miss(seen) {
+            // Its surface as the guide will hold it.
+            reflection.hit_distance = remembered_hit_distance(find_origin(pixel, unpack_surface(pack_surface(seen))));
         }
         seen.cue = nearness(ray_length(frame.current, position), reflection.hit_distance);
     }
@@ -128,7 +129,7 @@ fn enter_pixel(pixel: vec2<u32>, lane: u32, follows: bool) {
     if is_miss(surface) {
         fetched.history = vec4(read_miss(pixel), 0.0);
     } else if has(frame, FLAG_HISTORY) {
-        fetched = fetch_signal(pixel, origin, position, reflection, sample.count);
+        fetched = fetch_signal(pixel, find_origin(pixel, surface), position, reflection, sample.count);
     }
     let mean = dither_to_half(fetched.history.rgb, pixel, 2u * frame.index);
     let old = vec2(pack2x16float(mean.rg), pack2x16float(vec2(mean.b, fetched.history.w)));
@@ -196,7 +197,7 @@ fn fetch_signal(
     reflection: Reflection,
     samples: f32,
 ) -> Fetched {
-    if !(IS_SPECULAR || HAS_REFLECTIONS) {
+    if !(IS_SPECULAR | HAS_REFLECTIONS) { // a constant, other than by `||`
         return fetch(origin);
     }
     let frames = memory(origin.surface, position);

@@ -28,14 +28,10 @@ fn trace(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) l
     if place >= work[WORK_PIXELS] {
         return;
     }
-    let pixel = vec2u(listed[place] & 0xffffu, listed[place] >> 16u);
-    let count = textureLoad(sample_count, pixel, 0).x;
-    seed_random(pixel, frame.frame_index, frame.seed);
-    let direction = camera_direction(sample_position_px(pixel));
-    let hit = primary_hit(pixel, direction);
+    let start = start_at(place);
     var sum = vec3f(0.0);
-    for (var i = 0u; i < count; i++) {
-        sum += trace_path(hit, direction).radiance;
+    for (var i = 0u; i < start.count; i++) {
+        sum += trace_path(start.hit, start.direction).radiance;
     }
-    textureStore(radiance_out, pixel, vec4f(sum / f32(count), 1.0));
+    textureStore(radiance_out, start.pixel, vec4f(sum / f32(start.count), 1.0));
 }

@@ -31,16 +31,12 @@ fn trace_split(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_in
     if place >= work[WORK_PIXELS] {
         return;
     }
-    let pixel = vec2u(listed[place] & 0xffffu, listed[place] >> 16u);
-    let count = textureLoad(sample_count, pixel, 0).x;
-    seed_random(pixel, frame.frame_index, frame.seed);
-    let direction = camera_direction(sample_position_px(pixel));
-    let hit = primary_hit(pixel, direction);
+    let start = start_at(place);
     var sum = Path(vec3f(0.0), vec3f(0.0), vec3f(0.0), 0.0);
     var inverse_distances = 0.0;
     var known = 0.0;
-    for (var i = 0u; i < count; i++) {
-        let path = trace_path(hit, direction);
+    for (var i = 0u; i < start.count; i++) {
+        let path = trace_path(start.hit, start.direction);
         sum.radiance += path.radiance;
         sum.rest += path.rest;
         sum.specular += path.specular;
@@ -49,9 +45,9 @@ fn trace_split(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_in
             known += 1.0;
         }
     }
-    textureStore(radiance_out, pixel, vec4f(sum.radiance / f32(count), 1.0));
-    textureStore(rest_out, pixel, vec4f(sum.rest / f32(count), 1.0));
-    textureStore(specular_out, pixel, vec4f(sum.specular / f32(count), 1.0));
+    textureStore(radiance_out, start.pixel, vec4f(sum.radiance / f32(start.count), 1.0));
+    textureStore(rest_out, start.pixel, vec4f(sum.rest / f32(start.count), 1.0));
+    textureStore(specular_out, start.pixel, vec4f(sum.specular / f32(start.count), 1.0));
     // The mean of inverses, which the parallax of reflections goes by: the sky counts as far, and does not outweigh all else.
-    textureStore(hit_distance_out, pixel, vec4f(known / max(inverse_distances, 1e-30)));
+    textureStore(hit_distance_out, start.pixel, vec4f(known / max(inverse_distances, 1e-30)));
 }

@@ -7,16 +7,17 @@
 
 // What is known of the specular ray of a pixel.
 struct Reflection {
+    normal: vec3<f32>,      // of the surface, not rounded
     towards: vec3<f32>,     // unit vector to what is seen, of a mirror
     hit_distance: f32,      // 0: not known
 }
 
 const HITS = vec2(1e-3, 1e3); // view depths: what touches the surface, the sky
 
+// Of a surface as `read_surface` gives it.
 fn reflection_at(pixel: vec2<u32>, surface: Surface, position: vec3<f32>) -> Reflection {
-    let own = neighbour_at(vec2<i32>(pixel)); // its normal is not rounded, other than the surface's
-    let towards = reflect(-towards_eye(frame.current, position), own.normal);
-    return Reflection(towards, known_hit_distance(pixel, surface, position));
+    let towards = reflect(-towards_eye(frame.current, position), surface.normal);
+    return Reflection(surface.normal, towards, known_hit_distance(pixel, surface, position));
 }
 
 fn hit_distance_at(pixel: vec2<i32>, surface: Surface) -> f32 {
@@ -115,7 +116,7 @@ const LEAST_BEND = 0.1; // of a flat mirror: concave ones are not followed to th
 
 // Where on the surface the previous eye saw what is now seen in the pixel, if all stood still. Its hit distance is known.
 fn previous_reflector(pixel: vec2<u32>, surface: Surface, position: vec3<f32>, seen: Reflection) -> Reflector {
-    let normal = neighbour_at(vec2<i32>(pixel)).normal;
+    let normal = seen.normal;
     let basis = tangents(normal);
     let curvature = curvature_at(pixel, surface, position, normal, basis);
     let before = position + frame.eye_delta;

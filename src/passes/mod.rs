@@ -36,7 +36,7 @@ pub const ALL: [&KernelDescriptor; 13] = [
 ];
 
 /// The kernels that are compiled anew for the specular signal.
-pub const SPECULAR: [&KernelDescriptor; 4] =
+pub const SPECULAR_KERNELS: [&KernelDescriptor; 4] =
     [&reproject::DESCRIPTOR, &accumulate::DESCRIPTOR, &predict::DESCRIPTOR, &compose::DESCRIPTOR];
 
 /// All passes, compiled; those of the specular signal, and those that use hit distances, when they are first needed.

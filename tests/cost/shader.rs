@@ -26,7 +26,7 @@ impl Shader {
                 Self::compile(descriptor, format!("{prefix}{}", descriptor.name), constants)
             }
         };
-        let specular = quell::passes::SPECULAR.into_iter().map(variant(SPECULAR_PREFIX, SPECULAR));
+        let specular = quell::passes::SPECULAR_KERNELS.into_iter().map(variant(SPECULAR_PREFIX, SPECULAR));
         let reflections = [&reproject::DESCRIPTOR].into_iter().map(variant(REFLECTIONS_PREFIX, REFLECTIONS));
         quell::passes::ALL.into_iter().map(Self::new).chain(specular).chain(reflections).collect()
     }

@@ -10,7 +10,7 @@ use quell_demo::scene::{
     CameraPath, Image, Interpolation, Material, MeshBuilder, Node, NodeAnimation, Scene, TextureRef, Track,
     Trs,
 };
-use std::f32::consts::{FRAC_PI_2, TAU};
+use std::f32::consts::FRAC_PI_2;
 
 const HALF_SIZE: f32 = 4.5;
 const HEIGHT: f32 = 3.4;
@@ -102,16 +102,9 @@ fn balls(scene: &mut Scene) {
 
 /// A gold trefoil.
 fn knot(scene: &mut Scene) {
-    const POINTS: usize = 400;
-    let point = |i: usize| {
-        let t = i as f32 / POINTS as f32 * TAU;
-        let around = 0.34 + 0.15 * (3.0 * t).cos();
-        vec3(around * (2.0 * t).cos(), 0.15 * (3.0 * t).sin(), around * (2.0 * t).sin())
-    };
-    let curve: Vec<Vec3> = (0..POINTS).map(point).collect();
     let stand =
         Affine3A::from_rotation_translation(Quat::from_rotation_x(FRAC_PI_2), vec3(0.45, 0.58, -0.15));
-    let tube = MeshBuilder::new(1.0).tube(&curve, 0.085, 24).transformed(stand);
+    let tube = MeshBuilder::new(1.0).trefoil().transformed(stand);
     add(scene, "gold knot", tube, metal([0.95, 0.70, 0.32], 0.2));
 }
 

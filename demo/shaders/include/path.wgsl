@@ -1,4 +1,4 @@
-// A path from the camera's first hit on. Whoever includes this says by `const SPLIT` whether the path's radiance is also told
+// Paths from the camera's first hit on. Whoever includes this binds `listed` and `sample_count`, and says by `const SPLIT` whether the path's radiance is also told
 // apart by lobe; where it is not, that costs nothing.
 // Source: Veach 1997, chapters 8 to 10 (path tracing, multiple importance sampling with the power heuristic,
 //         Russian roulette)
@@ -9,6 +9,23 @@ const BSDF_ONLY: u32 = 2u;
 const SURE_BOUNCES: u32 = 2u;
 // A rough bounce widens the footprint that images are read with; a smooth one keeps it. In radians.
 const ROUGH_SPREAD: f32 = 0.1;
+
+// What the paths of a pixel begin with.
+struct Start {
+    pixel: vec2u,
+    count: u32,
+    direction: vec3f,
+    hit: Hit,
+}
+
+// The pixel at a place of the list.
+fn start_at(place: u32) -> Start {
+    let pixel = vec2u(listed[place] & 0xffffu, listed[place] >> 16u);
+    let count = textureLoad(sample_count, pixel, 0).x;
+    seed_random(pixel, frame.frame_index, frame.seed);
+    let direction = camera_direction(sample_position_px(pixel));
+    return Start(pixel, count, direction, primary_hit(pixel, direction));
+}
 
 // What a path brings to the camera.
 struct Path {

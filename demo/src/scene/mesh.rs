@@ -189,6 +189,18 @@ impl MeshBuilder {
         self
     }
 
+    /// Tube along a trefoil, a knot of three leaves about the y axis, 1 across.
+    pub fn trefoil(self) -> Self {
+        const POINTS: usize = 400;
+        let point = |i: usize| {
+            let t = i as f32 / POINTS as f32 * std::f32::consts::TAU;
+            let around = 0.34 + 0.15 * (3.0 * t).cos();
+            Vec3::new(around * (2.0 * t).cos(), 0.15 * (3.0 * t).sin(), around * (2.0 * t).sin())
+        };
+        let curve: Vec<Vec3> = (0..POINTS).map(point).collect();
+        self.tube(&curve, 0.085, 24)
+    }
+
     /// Round tube along a closed curve that is nowhere vertical.
     pub fn tube(mut self, curve: &[Vec3], radius: f32, sides: u32) -> Self {
         let count = curve.len();

@@ -6,7 +6,7 @@ use crate::image::{ImageRgb, luminance};
 use anyhow::Result;
 
 /// What the denoiser divides black by, and mixes every albedo with.
-const ALBEDO_FLOOR: f32 = 0.1;
+const COMBINED_FLOOR: f32 = 0.1;
 /// Pixels on a side of the tiles that errors are averaged over: a quarter of the denoiser's.
 pub const TILE: u32 = 4;
 
@@ -50,11 +50,9 @@ impl Surfaces {
         let pixels = radiance.pixels.iter().zip(&self.emission.pixels).zip(&self.albedo.pixels);
         pixels
             .map(|((radiance, emission), albedo)| {
-                luminance(
-                    [0, 1, 2].map(|c| {
-                        (radiance[c] - emission[c]) / (ALBEDO_FLOOR + (1.0 - ALBEDO_FLOOR) * albedo[c])
-                    }),
-                )
+                luminance([0, 1, 2].map(|c| {
+                    (radiance[c] - emission[c]) / (COMBINED_FLOOR + (1.0 - COMBINED_FLOOR) * albedo[c])
+                }))
             })
             .collect()
     }

@@ -1,11 +1,11 @@
 // How radiance and the signal that is filtered belong together: radiance = signal * demodulator + emission, as in the
 // denoiser, so that no method has an advantage by it.
 
-const ALBEDO_FLOOR = 0.1; // keeps what dark surfaces reflect from being blown up
+const COMBINED_FLOOR = 0.1; // keeps what dark surfaces reflect from being blown up
 
 fn demodulator(albedo: vec3<f32>) -> vec3<f32> {
     let reflectance = max(select(vec3(1.0), albedo, all_finite(albedo)), vec3(0.0));
-    return ALBEDO_FLOOR + (1.0 - ALBEDO_FLOOR) * reflectance;
+    return COMBINED_FLOOR + (1.0 - COMBINED_FLOOR) * reflectance;
 }
 
 fn demodulated(radiance: vec3<f32>, albedo: vec3<f32>, emission: vec3<f32>) -> vec3<f32> {

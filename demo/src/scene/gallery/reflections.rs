@@ -124,15 +124,8 @@ fn centrepiece(scene: &mut Scene) {
         [(0.0, 0.0), (0.62, 0.0), (0.62, 0.0), (0.62, 0.30), (0.60, 0.32), (0.60, 0.32), (0.0, 0.32)];
     let plinth = MeshBuilder::new(1.0).lathe(Vec3::ZERO, &plinth, 64);
     add(scene, plinth, dielectric("plinth", [0.35, 0.015, 0.02], 0.06));
-    const POINTS: usize = 400;
-    let point = |i: usize| {
-        let t = i as f32 / POINTS as f32 * TAU;
-        let around = 0.34 + 0.15 * (3.0 * t).cos();
-        vec3(around * (2.0 * t).cos(), 0.15 * (3.0 * t).sin(), around * (2.0 * t).sin())
-    };
-    let curve: Vec<Vec3> = (0..POINTS).map(point).collect();
     let upright = Affine3A::from_rotation_x(FRAC_PI_2);
-    let knot = MeshBuilder::new(1.0).tube(&curve, 0.085, 24).transformed(upright);
+    let knot = MeshBuilder::new(1.0).trefoil().transformed(upright);
     let gold = scene.add_material(metal("gold", [0.95, 0.70, 0.32], 0.2));
     scene.add(knot.build("knot", gold), Node::spinning(Trs::at(vec3(0.0, 0.93, 0.0)), Vec3::Y, LENGTH_S));
     let ring = MeshBuilder::new(1.0).torus(vec3(0.0, 0.05, 0.0), 0.85, 0.05, 128);

@@ -285,22 +285,11 @@ fn matches_its_twin_on_flat_and_on_curved_mirrors() {
     // The surface's own history is another.
     let [before, now] = frames(0.0);
     let none = Frame { hit_distance: vec![0.0; now.depth.len()], ..now.clone() };
-    let surface = run_pass(
-        &none,
-        &before,
-        &flat(&now.motion),
-        &super::no_emission(&now),
-        |f| f | flags::SPLIT | flags::HIT_DISTANCE,
-        31,
-    );
-    let mirror = run_pass(
-        &now,
-        &before,
-        &flat(&now.motion),
-        &super::no_emission(&now),
-        |f| f | flags::SPLIT | flags::HIT_DISTANCE,
-        31,
-    );
+    let run = |now: &Frame| {
+        let flags = |own| own | flags::SPLIT | flags::HIT_DISTANCE;
+        run_pass(now, &before, &flat(&now.motion), &super::no_emission(now), flags, 31)
+    };
+    let (surface, mirror) = (run(&none), run(&now));
     let unequal = surface.history.iter().zip(&mirror.history).filter(|(a, b)| a != b).count();
     assert!(unequal > surface.history.len() / 3, "{unequal}");
 }
