@@ -49,7 +49,7 @@ fn enter_pixel(pixel: vec2<u32>, lane: u32) {
         textureStore(history, pixel, load_reprojected(pixel));
         return;
     }
-    let position = position_of(frame, frame.current, vec2<f32>(pixel), surface.depth);
+    let position = position_of(frame.current, vec2<f32>(pixel), surface.depth);
     let z = surface_features(surface, position);
     let now = accumulated(pixel, surface, position, z);
     // Rounded as they are stored, so that the moments are those of the images.
@@ -254,7 +254,7 @@ struct Drift {
 // How far the history is off, by what samples about the pixel differ by from their histories, when what the innovation predicts is
 // taken out: what moves in a mirror is smaller than its models can tell.
 fn find_drift(pixel: vec2<u32>, centre: Surface, predicted: f32) -> Drift {
-    let p = position_of(frame, frame.current, vec2<f32>(pixel), centre.depth);
+    let p = position_of(frame.current, vec2<f32>(pixel), centre.depth);
     var pixels = 0.0;
     var weight = 0.0;
     var sum = 0.0;
@@ -262,13 +262,13 @@ fn find_drift(pixel: vec2<u32>, centre: Surface, predicted: f32) -> Drift {
     for (var y = -DRIFT_RADIUS; y <= DRIFT_RADIUS; y++) {
         for (var x = -DRIFT_RADIUS; x <= DRIFT_RADIUS; x++) {
             let texel = vec2<i32>(pixel) + vec2(x, y);
-            if !inside(texel, frame) {
+            if !inside(texel, frame.current) {
                 continue;
             }
             let sample = load_sample(vec2<u32>(texel));
             let old = load_reprojected(vec2<u32>(texel));
             let other = unpack_surface(textureLoad(guide, texel, 0).xy);
-            let q = position_of(frame, frame.current, vec2<f32>(texel), other.depth);
+            let q = position_of(frame.current, vec2<f32>(texel), other.depth);
             if sample.w > 0.0 && old.w > 0.0 && same_surface(centre, other, q - p) {
                 let difference = luminance(sample.rgb) - luminance(old.rgb);
                 pixels += 1.0;
@@ -295,7 +295,7 @@ struct Spread {
 
 // Mean and variance of luminance over this frame's samples on the same surface.
 fn spatial_spread(pixel: vec2<u32>, centre: Surface) -> Spread {
-    let p = position_of(frame, frame.current, vec2<f32>(pixel), centre.depth);
+    let p = position_of(frame.current, vec2<f32>(pixel), centre.depth);
     // About the pixel's own value: the difference of two large squares would lose f32's digits.
     let middle = luminance(load_sample(pixel).rgb);
     var weight = 0.0;
@@ -305,12 +305,12 @@ fn spatial_spread(pixel: vec2<u32>, centre: Surface) -> Spread {
     for (var y = -SPATIAL_RADIUS; y <= SPATIAL_RADIUS; y++) {
         for (var x = -SPATIAL_RADIUS; x <= SPATIAL_RADIUS; x++) {
             let texel = vec2<i32>(pixel) + vec2(x, y);
-            if !inside(texel, frame) {
+            if !inside(texel, frame.current) {
                 continue;
             }
             let sample = load_sample(vec2<u32>(texel));
             let other = unpack_surface(textureLoad(guide, texel, 0).xy);
-            let q = position_of(frame, frame.current, vec2<f32>(texel), other.depth);
+            let q = position_of(frame.current, vec2<f32>(texel), other.depth);
             if sample.w > 0.0 && same_surface(centre, other, q - p) {
                 let l = luminance(sample.rgb) - middle;
                 weight += 1.0;

@@ -69,7 +69,7 @@ fn compose(
     let reflectance = demodulator_at(id.xy, surface);
     var composed = mix(predicted.signal, mean.rgb, found.share) * reflectance;
     if has(frame, FLAG_EMISSION) && !IS_SPECULAR {
-        composed += repair_emission(textureLoad(emission, id.xy, 0).rgb);
+        composed += repair_emission(textureLoad(emission, frame.origin + id.xy, 0).rgb);
     }
     show(id.xy, composed, sqrt(found.square) * luminance(reflectance), found.share);
 }
@@ -84,7 +84,8 @@ fn show(pixel: vec2<u32>, found: vec3<f32>, found_deviation: f32, share: f32) {
     }
     let is_rest = has(frame, FLAG_SPLIT) && !IS_SPECULAR;
     let alpha = select(1.0, min(deviation, HALF_MAX), is_rest);
-    textureStore(output, pixel, vec4(min(radiance, vec3(HALF_MAX)), alpha));
+    let texel = select(frame.origin, vec2(0u), is_rest) + pixel; // the rest is no image of the caller's
+    textureStore(output, texel, vec4(min(radiance, vec3(HALF_MAX)), alpha));
     if has(frame, FLAG_ERROR) {
         textureStore(error, pixel, vec4(pack_error(OutputError(deviation, luminance(radiance)))));
     }
@@ -99,7 +100,7 @@ fn place_of(cell: i32) -> vec2<i32> {
 
 fn load_cell(cell: i32, pixel: vec2<i32>) {
     surfaces[cell] = vec2(0u);
-    if !inside(pixel, frame) {
+    if !inside(pixel, frame.current) {
         return;
     }
     let words = textureLoad(guide, pixel, 0).xy;
@@ -127,13 +128,13 @@ struct Middle {
 }
 
 fn middle_of(surface: Surface, corner: vec2<i32>, place: vec2<i32>) -> Middle {
-    return Middle(surface, position_of(frame, frame.current, vec2<f32>(corner + place), surface.depth));
+    return Middle(surface, position_of(frame.current, vec2<f32>(corner + place), surface.depth));
 }
 
 // Whether a cell shows the same surface and has samples.
 fn related(middle: Middle, corner: vec2<i32>, place: vec2<i32>) -> bool {
     let other = unpack_surface(surfaces[place.y * SIDE + place.x]);
-    let position = position_of(frame, frame.current, vec2<f32>(corner + place), other.depth);
+    let position = position_of(frame.current, vec2<f32>(corner + place), other.depth);
     return same_surface(middle.surface, other, position - middle.position);
 }
 

@@ -3,7 +3,7 @@
 // Reads   guide, motion, prediction, history, noise, mix_weight, error, models, windows.
 // Writes  debug: the caller's image
 
-//!include frame numbers noise surface features linear_model windows models error
+//!include frame numbers noise surface motion features linear_model windows models error
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var guide: texture_2d<u32>;
@@ -45,7 +45,7 @@ fn debug_view(@builtin(global_invocation_id) id: vec3<u32>) {
     if !is_miss(surface) || frame.debug_view == VIEW_MOTION {
         colour = picture(id.xy, surface);
     }
-    textureStore(debug, id.xy, vec4(colour, 1.0));
+    textureStore(debug, frame.origin + id.xy, vec4(colour, 1.0));
 }
 
 fn picture(pixel: vec2<u32>, surface: Surface) -> vec3<f32> {
@@ -81,7 +81,7 @@ fn picture(pixel: vec2<u32>, surface: Surface) -> vec3<f32> {
             return vec3(1.0 / (1.0 + surface.depth));
         }
         case VIEW_MOTION: {
-            let moved = textureLoad(motion, pixel, 0).xy * frame.motion_scale * vec2<f32>(frame.size);
+            let moved = motion_at(pixel).xy * frame.current.size;
             return hue(atan2(moved.y, moved.x) / 6.2831853) * saturate(length(moved) / 16.0);
         }
         case VIEW_SURFACE_ID: {

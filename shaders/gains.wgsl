@@ -146,7 +146,7 @@ fn follow(model: u32, start: u32) -> bool {
     if now.z <= 0.0 || before.z <= 0.0 {
         return false;
     }
-    let moved_px = (before.xy - now.xy) * vec2<f32>(frame.size) - (frame.previous.jitter - frame.current.jitter);
+    let moved_px = (before.xy - now.xy) * frame.current.size - (frame.previous.jitter - frame.current.jitter);
     for (var c = 0u; c < CHANNELS; c++) {
         let row = model + 1u + c * MODEL_ROW;
         models[row].x += dot(models[row + 1u].xyz, frame.eye_delta) + dot(models[row + 2u].zw, moved_px);

@@ -44,7 +44,7 @@ fn predict(
 }
 
 fn average(pixel: vec2<u32>, surface: Surface, corner: vec2<i32>) -> Prediction {
-    let position = position_of(frame, frame.current, vec2<f32>(pixel), surface.depth);
+    let position = position_of(frame.current, vec2<f32>(pixel), surface.depth);
     let z = surface_regressors(surface_features(surface, position), vec2<f32>(pixel));
     var sum = vec4(0.0);
     var noises = vec2(0.0); // gain, relative noise

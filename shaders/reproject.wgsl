@@ -8,26 +8,27 @@
 // Source  bilinear taps tested one by one: Schied et al., "Spatiotemporal Variance-Guided Filtering", HPG 2017, section
 //         4.1; cubic weights: Catmull and Rom 1974, as used for history in temporal anti-aliasing
 
-//!include frame numbers noise surface signal demodulate inputs memory reflection features innovations tile_moments
+//!include frame numbers noise surface signal demodulate inputs motion memory reflection features innovations tile_moments
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var radiance: texture_2d<f32>;
 @group(0) @binding(2) var albedo: texture_2d<f32>;
 @group(0) @binding(3) var normal_roughness: texture_2d<f32>;
-@group(0) @binding(4) var depth: texture_2d<f32>;
-@group(0) @binding(5) var motion: texture_2d<f32>;
-@group(0) @binding(6) var surface_id: texture_2d<u32>;
-@group(0) @binding(7) var emission: texture_2d<f32>;
-@group(0) @binding(8) var sample_count: texture_2d<u32>;
-@group(0) @binding(9) var hit_distance: texture_2d<f32>;
-@group(0) @binding(10) var previous_guide: texture_2d<u32>;
-@group(0) @binding(11) var history: texture_2d<f32>;
-@group(0) @binding(12) var noise: texture_2d<u32>;
-@group(0) @binding(13) var guide: texture_storage_2d<rg32uint, write>;
-@group(0) @binding(14) var signal: texture_storage_2d<r32uint, write>;
-@group(0) @binding(15) var reprojected: texture_storage_2d<rg32uint, write>;
-@group(0) @binding(16) var reprojected_noise: texture_storage_2d<r32uint, write>;
-@group(0) @binding(17) var<storage, read_write> moments: array<f32>;
+@group(0) @binding(4) var roughness: texture_2d<f32>;
+@group(0) @binding(5) var depth: texture_2d<f32>;
+@group(0) @binding(6) var motion: texture_2d<f32>;
+@group(0) @binding(7) var surface_id: texture_2d<u32>;
+@group(0) @binding(8) var emission: texture_2d<f32>;
+@group(0) @binding(9) var sample_count: texture_2d<u32>;
+@group(0) @binding(10) var hit_distance: texture_2d<f32>;
+@group(0) @binding(11) var previous_guide: texture_2d<u32>;
+@group(0) @binding(12) var history: texture_2d<f32>;
+@group(0) @binding(13) var noise: texture_2d<u32>;
+@group(0) @binding(14) var guide: texture_storage_2d<rg32uint, write>;
+@group(0) @binding(15) var signal: texture_storage_2d<r32uint, write>;
+@group(0) @binding(16) var reprojected: texture_storage_2d<rg32uint, write>;
+@group(0) @binding(17) var reprojected_noise: texture_storage_2d<r32uint, write>;
+@group(0) @binding(18) var<storage, read_write> moments: array<f32>;
 
 const OWN_FEATURES = INNOVATION_OWN_FEATURES;
 
@@ -81,7 +82,7 @@ fn evidence_for_reflections(pixel: vec2<u32>) -> f32 {
     if sample.count == 0.0 {
         return 0.0;
     }
-    let position = position_of(frame, frame.current, vec2<f32>(pixel), surface.depth);
+    let position = position_of(frame.current, vec2<f32>(pixel), surface.depth);
     let reflection = reflection_at(pixel, surface, position);
     let origin = find_origin(pixel, unpack_surface(pack_surface(surface)));
     let shown = fetch(origin);
@@ -105,7 +106,7 @@ fn favours_reflections() -> bool {
 
 fn enter_pixel(pixel: vec2<u32>, lane: u32, follows: bool) {
     var seen = read_surface(pixel);
-    let position = position_of(frame, frame.current, vec2<f32>(pixel), seen.depth);
+    let position = position_of(frame.current, vec2<f32>(pixel), seen.depth);
     var reflection: Reflection;
     if IS_SPECULAR | HAS_REFLECTIONS {
         if follows && has(frame, FLAG_HIT_DISTANCE) && !is_miss(seen) {
@@ -146,7 +147,7 @@ fn enter_pixel(pixel: vec2<u32>, lane: u32, follows: bool) {
 
 // A pixel without samples or without history enters with weight 0.
 fn enter_change(pixel: vec2<u32>, surface: Surface, sample: Sample, old: vec4<f32>, lane: u32) {
-    let position = position_of(frame, frame.current, vec2<f32>(pixel), surface.depth);
+    let position = position_of(frame.current, vec2<f32>(pixel), surface.depth);
     enter_features(surface_features(surface, position), lane);
     for (var c = 0u; c < CHANNELS; c++) {
         enter_column(lane, FEATURES + c, sample.signal[c] - old[c]);
@@ -155,11 +156,11 @@ fn enter_change(pixel: vec2<u32>, surface: Surface, sample: Sample, old: vec4<f3
 }
 
 fn find_origin(pixel: vec2<u32>, surface: Surface) -> Origin {
-    let size = vec2<f32>(frame.size);
-    let uv = (vec2<f32>(pixel) + 0.5) / size;
-    let moved = textureLoad(motion, pixel, 0);
-    let offset = moved.xy * frame.motion_scale;
-    let sampled_uv = uv + frame.current.jitter / size;
+    let size = frame.previous.size;
+    let uv = (vec2<f32>(pixel) + 0.5) / frame.current.size;
+    let moved = motion_at(pixel);
+    let offset = moved.xy;
+    let sampled_uv = uv + frame.current.jitter / frame.current.size;
     let still = position_at(frame.current, sampled_uv, surface.depth) + frame.eye_delta;
     var origin: Origin;
     origin.surface = surface;
@@ -241,13 +242,13 @@ fn find_reflected_origin(pixel: vec2<u32>, origin: Origin, position: vec3<f32>, 
 // Where a point that is given relative to the current eye was, if it stood still.
 fn previous_texel(position: vec3<f32>) -> vec2<f32> {
     let uv = project(frame.previous, position + frame.eye_delta).xy;
-    return uv * vec2<f32>(frame.size) - frame.current.jitter - 0.5;
+    return uv * frame.previous.size - frame.current.jitter * (frame.previous.size / frame.current.size) - 0.5;
 }
 
 // What the surface knew of the distance, where no ray of this frame tells.
 fn remembered_hit_distance(origin: Origin) -> f32 {
     let texel = vec2<i32>(round(origin.texel));
-    if !inside(texel, frame) {
+    if !inside(texel, frame.previous) {
         return 0.0;
     }
     let tap = unpack_surface(textureLoad(previous_guide, texel, 0).xy);
@@ -263,14 +264,14 @@ const STILL_PX = 0.5;
 const NEARNESS_TOLERANCE = 0.01;
 
 fn tap_belongs(texel: vec2<i32>, origin: Origin) -> bool {
-    if !inside(texel, frame) {
+    if !inside(texel, frame.previous) {
         return false;
     }
     let tap = unpack_surface(textureLoad(previous_guide, texel, 0).xy);
     if is_miss(tap) || tap.id != origin.surface.id {
         return false;
     }
-    let position = position_of(frame, frame.previous, vec2<f32>(texel), tap.depth);
+    let position = position_of(frame.previous, vec2<f32>(texel), tap.depth);
     if IS_SPECULAR {
         // A rough surface shows many things at once.
         let is_other = abs(origin.nearness - tap.cue) > NEARNESS_TOLERANCE + tap.roughness;

@@ -4,7 +4,7 @@
 // Writes  sample_histogram: of gains (include/sampling)
 // Source  Moon et al. 2015, section 4.4
 
-//!include frame numbers surface error sampling sample_gain
+//!include frame numbers surface motion error sampling sample_gain
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var guide: texture_2d<u32>;

@@ -4,7 +4,7 @@
 // Writes  samples: the caller's image
 // Source  Moon et al. 2015, section 4.4; dither: Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018
 
-//!include frame numbers surface error sampling sample_gain
+//!include frame numbers surface motion error sampling sample_gain
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var guide: texture_2d<u32>;
@@ -22,11 +22,11 @@ fn sample_map(@builtin(global_invocation_id) id: vec3<u32>) {
     let bucket = gain_bucket(id.xy);
     if bucket == NO_GAIN {
         // A path that ends where it begins; what it shows is passed through.
-        textureStore(samples, id.xy, vec4(1u));
+        textureStore(samples, frame.origin + id.xy, vec4(1u));
         return;
     }
     let expected = expected_samples(bucket, bitcast<f32>(sample_histogram[SAMPLE_RATE]));
-    textureStore(samples, id.xy, vec4(u32(floor(expected + threshold(id.xy)))));
+    textureStore(samples, frame.origin + id.xy, vec4(u32(floor(expected + threshold(id.xy)))));
 }
 
 // In 0..1: even over neighbours, and over the frames of a pixel.

@@ -1,6 +1,27 @@
 //! What can go wrong at creation and per frame. Every message names the thing, what was expected and what came.
 
+use crate::Viewport;
 use thiserror::Error;
+
+/// What went wrong on the GPU's side.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum DeviceError {
+    /// Nothing was created. [`Denoiser::memory`](crate::Denoiser::memory) tells what a denoiser takes; a smaller render size, or
+    /// dropping another one, helps.
+    #[error("the device is out of memory; nothing was created (a smaller render size takes less)")]
+    OutOfMemory,
+    /// The device was lost or destroyed: by a driver's reset, say. Everything on it is gone. Create a new device, and on it a new
+    /// denoiser; history starts anew. `wgpu::Device::set_device_lost_callback` tells why.
+    #[error("the device is lost; create a new one and a new denoiser on it")]
+    Lost,
+    /// The driver failed, in compiling a pass for example.
+    #[error("the device failed: {description}")]
+    Failed {
+        /// What wgpu says of it.
+        description: String,
+    },
+}
 
 /// Why a [`Denoiser`](crate::Denoiser) or its pipelines could not be created or resized.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -14,6 +35,9 @@ pub enum CreateError {
         /// Height asked for, in pixels.
         height: u32,
     },
+    /// The device failed.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
     /// The device's limits are below what the passes need at this size.
     #[error("device limit `{limit}` is {available}, but quell needs {needed} at {width}x{height}")]
     Limit {
@@ -31,6 +55,8 @@ pub enum CreateError {
 }
 
 /// Why a frame was refused. Nothing was recorded and history is as it was.
+///
+/// A device that is lost is no longer told where errors arrive late, which is in browsers.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FrameError {
@@ -48,6 +74,32 @@ pub enum FrameError {
         /// Height that came.
         found_height: u32,
     },
+    /// An image ends before the viewport does.
+    #[error(
+        "image `{image}` is {found_width}x{found_height} and does not hold the viewport of {:?} pixels at {:?}",
+        viewport.size, viewport.origin
+    )]
+    Outside {
+        /// Field of [`FrameInputs`](crate::FrameInputs).
+        image: &'static str,
+        /// The viewport that came.
+        viewport: Viewport,
+        /// Width that came.
+        found_width: u32,
+        /// Height that came.
+        found_height: u32,
+    },
+    /// The viewport is empty or larger than what the denoiser was created for.
+    #[error("viewport has {:?} pixels at {:?}, expected 1x1 to {largest:?}, the denoiser's render size", viewport.size, viewport.origin)]
+    Viewport {
+        /// The viewport that came.
+        viewport: Viewport,
+        /// The denoiser's render size.
+        largest: [u32; 2],
+    },
+    /// The device failed.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
     /// An image has a format outside its row of the contract.
     #[error("image `{image}` has format {found:?}, expected one of {expected:?}")]
     Format {

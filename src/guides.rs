@@ -1,7 +1,7 @@
 //! The surfaces of this frame and of the one before.
 
-use crate::Allocation;
 use crate::gpu::image;
+use crate::{Allocation, Memory};
 use wgpu::{TextureFormat, TextureView};
 
 /// The previous frame's surfaces are read while the current one's are written.
@@ -18,11 +18,11 @@ impl Guides {
         Self { images: [guide(), guide()], current: 0 }
     }
 
-    pub fn memory(&self) -> Vec<Allocation> {
-        vec![
+    pub fn add_memory(&self, memory: &mut Memory) {
+        memory.history.extend([
             Allocation::of_image("guide", self.current()),
             Allocation::of_image("previous_guide", self.previous()),
-        ]
+        ]);
     }
 
     pub fn current(&self) -> &TextureView {

@@ -83,6 +83,21 @@ pub fn models(count: u64) -> u64 {
     count * u64::from(MODEL_STRIDE)
 }
 
+/// What depends on the render size.
+pub(crate) struct Needs {
+    /// The longer side, in pixels.
+    pub side: u32,
+    /// Bytes of the largest buffer.
+    pub buffer: u64,
+}
+
+impl Needs {
+    pub fn new(&DenoiserDescriptor { width, height }: &DenoiserDescriptor) -> Self {
+        let tiles = count(tiles([width, height]));
+        Self { side: width.max(height), buffer: 4 * moments(tiles).max(models(tiles)) }
+    }
+}
+
 /// Refuses what the device cannot hold, before anything is created on it.
 pub(crate) fn check(device: &wgpu::Device, descriptor: &DenoiserDescriptor) -> Result<(), CreateError> {
     let &DenoiserDescriptor { width, height } = descriptor;
@@ -90,33 +105,21 @@ pub(crate) fn check(device: &wgpu::Device, descriptor: &DenoiserDescriptor) -> R
         return Err(CreateError::EmptySize { width, height });
     }
     let limits = device.limits();
-    let tiles = count(tiles([width, height]));
-    let largest = 4 * moments(tiles).max(models(tiles));
-    let needs = [
-        (
-            "max_texture_dimension_2d",
-            u64::from(width.max(height)),
-            u64::from(limits.max_texture_dimension_2d),
-        ),
-        ("max_storage_buffer_binding_size", largest, limits.max_storage_buffer_binding_size),
-        ("max_buffer_size", largest, limits.max_buffer_size),
-        ("max_storage_buffers_per_shader_stage", 6, u64::from(limits.max_storage_buffers_per_shader_stage)),
-        ("max_storage_textures_per_shader_stage", 4, u64::from(limits.max_storage_textures_per_shader_stage)),
-        (
-            "max_sampled_textures_per_shader_stage",
-            11,
-            u64::from(limits.max_sampled_textures_per_shader_stage),
-        ),
+    let Needs { side, buffer } = Needs::new(descriptor);
+    // Name, what is needed, what there is.
+    let needs: [(&str, u64, u64); 8] = [
+        ("max_texture_dimension_2d", side.into(), limits.max_texture_dimension_2d.into()),
+        ("max_storage_buffer_binding_size", buffer, limits.max_storage_buffer_binding_size),
+        ("max_buffer_size", buffer, limits.max_buffer_size),
+        ("max_storage_buffers_per_shader_stage", 6, limits.max_storage_buffers_per_shader_stage.into()),
+        ("max_storage_textures_per_shader_stage", 4, limits.max_storage_textures_per_shader_stage.into()),
+        ("max_sampled_textures_per_shader_stage", 13, limits.max_sampled_textures_per_shader_stage.into()),
         (
             "max_compute_workgroup_storage_size",
             WORKGROUP_BYTES,
-            u64::from(limits.max_compute_workgroup_storage_size),
+            limits.max_compute_workgroup_storage_size.into(),
         ),
-        (
-            "max_compute_invocations_per_workgroup",
-            64,
-            u64::from(limits.max_compute_invocations_per_workgroup),
-        ),
+        ("max_compute_invocations_per_workgroup", 64, limits.max_compute_invocations_per_workgroup.into()),
     ];
     match needs.into_iter().find(|&(_, needed, available)| needed > available) {
         Some((limit, needed, available)) => {

@@ -8,35 +8,25 @@
 //! # fn frame(device: &wgpu::Device, queue: &wgpu::Queue, camera: quell::Camera, images: [&wgpu::TextureView; 6])
 //! # -> Result<(), Box<dyn std::error::Error>> {
 //! # let [radiance, albedo, normal_roughness, depth, motion, output] = images;
-//! use quell::{Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode, Settings};
+//! use quell::{Denoiser, DenoiserDescriptor, FrameInputs, RequiredInputs, Settings};
 //!
 //! // Once, and again (or `resize`) when the render size changes:
-//! let mut denoiser = Denoiser::new(device, &DenoiserDescriptor { width: 1920, height: 1080 })?;
+//! let mut denoiser = Denoiser::new(device, &DenoiserDescriptor::new(1920, 1080))?;
 //!
 //! // Every frame:
 //! let mut encoder = device.create_command_encoder(&Default::default());
 //! // ... record the path tracer, then:
-//! let inputs = FrameInputs {
-//!     radiance,         // Rgba16Float or Rgba32Float
-//!     albedo,           // Rgba8Unorm(Srgb) or Rgba16Float
-//!     normal_roughness, // Rgba16Float or Rgba8Snorm
-//!     depth,            // R32Float
-//!     motion,           // Rg16Float, Rg32Float or Rgba16Float
-//!     surface_id: None,
-//!     emission: None,
-//!     sample_count: None,
-//!     specular: None,
-//!     specular_albedo: None,
-//!     hit_distance: None,
-//!     camera,
-//!     history: HistoryMode::Continue,
+//! let inputs = FrameInputs::new(RequiredInputs {
+//!     radiance,         // noisy, scene-linear
+//!     albedo,           // at the first hit
+//!     normal_roughness, // world space
+//!     depth,            // linear
+//!     motion,           // to the previous frame, in UV
 //!     output,           // Rgba16Float
-//!     debug: None,
-//!     sample_map: None,
-//!     timestamps: None,
-//!     measured_ms: None,
-//! };
-//! denoiser.encode(device, queue, &mut encoder, &inputs, &Settings::default())?;
+//!     camera,
+//! });
+//! let settings = Settings::default(); // other units, axes and encodings: `Settings::conventions`
+//! denoiser.encode(device, queue, &mut encoder, &inputs, &settings)?;
 //! queue.submit([encoder.finish()]);
 //! # Ok(())
 //! # }
@@ -91,10 +81,13 @@
 //! # Integration notes
 //!
 //! - **Colour**: everything is scene-linear. Denoise before exposure, bloom and tonemapping.
-//! - **Motion**: [`Settings::motion_scale`] turns yours into UV, y down. `uv_prev = uv + motion`: the vector points to where
+//! - **Conventions**: [`Conventions`] tell how you write depth (linear, distance, depth buffer), motion (unit, direction, jitter)
+//!   and normals (encoding, space) down, and which way your cameras look.
+//! - **Motion**: by default `uv_prev = uv + motion`, y down: the vector points to where
 //!   the surface *was*. The debug views [`DebugView::Motion`] and [`DebugView::HistoryLength`] show at once when it is wrong:
 //!   history is then black wherever the camera moves.
-//! - **Cuts**: say [`HistoryMode::Restart`]. **Resizes**: [`Denoiser::resize`].
+//! - **Cuts**: say [`HistoryMode::Restart`]. **Resizes**: [`Denoiser::resize`]. **Dynamic resolution**, or images that hold more
+//!   than the frame: [`FrameInputs::viewport`].
 //! - **Several cameras**: one [`Denoiser`] each, with shared [`Pipelines`].
 //! - **Samples**: give [`FrameInputs::sample_count`] where pixels get different numbers of them; those without any are
 //!   predicted. A [`SampleMap`] receives what the next frame should be traced with, down to a sixteenth of a sample per
@@ -113,6 +106,8 @@
 #![warn(missing_docs)]
 
 mod budget;
+mod camera;
+mod conventions;
 mod denoiser;
 mod descriptor;
 mod error;
@@ -120,26 +115,41 @@ mod frame;
 #[doc(hidden)]
 pub mod gpu;
 mod guides;
+mod inputs;
 #[doc(hidden)]
 pub mod layout;
 mod memory;
 mod pacing;
 #[doc(hidden)]
 pub mod passes;
+mod profiler;
 mod readback;
+mod recording;
 mod scratch;
 mod settings;
 mod signal;
 mod statistics;
+mod validation;
 
+pub use camera::Camera;
+pub use conventions::{
+    Conventions, DepthEncoding, Handedness, MotionDirection, MotionUnit, NormalEncoding, NormalSpace,
+};
 pub use denoiser::Denoiser;
-pub use descriptor::DenoiserDescriptor;
-pub use error::{CreateError, FrameError};
-pub use frame::{Camera, DebugView, FrameInputs, FrameOutputs, HistoryMode, Notice, SampleMap, Timestamps};
-pub use memory::Allocation;
+pub use descriptor::{DenoiserDescriptor, OPTIONAL_FEATURES, REQUIRED_FEATURES};
+pub use error::{CreateError, DeviceError, FrameError};
+pub use frame::{DebugView, FrameOutputs, HistoryMode, Notice};
+pub use inputs::{FrameInputs, RequiredInputs, SampleMap, Viewport};
+pub use memory::{Allocation, Memory};
 pub use passes::Pipelines;
+pub use profiler::{PassProfiler, PassTimestamps, Timestamps};
 pub use settings::{Budget, Centres, Settings, Windows};
 pub use statistics::Statistics;
+
+/// The version of glam that [`Camera`] is made of.
+pub use glam;
+/// The version of wgpu that quell is made for.
+pub use wgpu;
 
 /// The passes of a frame in the order they run; also their labels and timestamp order. Those of the specular signal have nothing
 /// to do where it is not given.

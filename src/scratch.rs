@@ -2,7 +2,7 @@
 
 use crate::gpu::{buffer, image, words};
 use crate::layout::{BUCKETS, LEVELS, SAMPLE_BUCKETS};
-use crate::{Allocation, layout};
+use crate::{Allocation, Memory, layout};
 use wgpu::{Buffer, BufferUsages, TextureFormat, TextureView};
 
 /// What lives for one frame only, or for less: what is dead lends its memory to what comes after.
@@ -60,8 +60,8 @@ impl Scratch {
         }
     }
 
-    pub fn memory(&self) -> Vec<Allocation> {
-        vec![
+    pub fn add_memory(&self, memory: &mut Memory) {
+        memory.scratch.extend([
             Allocation::of_image("signal", &self.signal),
             Allocation::of_image("reprojected", &self.reprojected),
             Allocation::of_image("reprojected_noise", &self.reprojected_noise),
@@ -69,6 +69,6 @@ impl Scratch {
             Allocation::of_buffer("innovations", &self.innovations),
             Allocation::of_buffer("coverage", &self.coverage),
             Allocation::of_buffer("centre_list", &self.centre_list),
-        ]
+        ]);
     }
 }

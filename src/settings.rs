@@ -1,6 +1,6 @@
 //! What may change from frame to frame. Every default is meant to be left alone.
 
-use crate::FrameError;
+use crate::{Conventions, FrameError};
 
 /// How each model's window is chosen, among the tile of 8x8 pixels that is its centre with its four neighbours, 3x3 tiles, and,
 /// in frames of at least 320 pixels each way, 5x5 tiles.
@@ -52,13 +52,19 @@ pub enum Budget {
     Milliseconds(f32),
 }
 
-/// Per-frame settings. `Settings::default()` is what the measurements in the README use.
+/// Per-frame settings. Begin with one of the presets:
+///
+/// | preset | for |
+/// | --- | --- |
+/// | [`Settings::default`] | games at about one sample per pixel; what all measurements use |
+/// | [`Settings::responsive`] | light that changes all the time: fire, muzzle flashes, discos |
+/// | [`Settings::still`] | photo modes, editors, previews: a view that stands still should become perfect |
+/// | [`Settings::fast`] | the least time |
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Settings {
-    /// Scale from the motion image to UV: `uv_prev = uv + motion.xy * motion_scale`. Finite.
-    ///
-    /// `[1, 1]` (default) where motion is stored in UV, `[1 / width, 1 / height]` where it is in pixels.
-    pub motion_scale: [f32; 2],
+    /// What the numbers in the caller's images mean (default: quell's own conventions).
+    pub conventions: Conventions,
     /// View depth at and beyond which a pixel is a miss, in scene units; above 0. Default: infinity.
     ///
     /// Misses are passed through untouched. Depth that is not finite or not positive is a miss as well.
@@ -96,7 +102,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            motion_scale: [1.0, 1.0],
+            conventions: Conventions::default(),
             far: f32::INFINITY,
             max_history: 32.0,
             windows: Windows::MallowsCp,
@@ -111,13 +117,79 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// For light that changes all the time: history is [`max_history`](Self::max_history) of 8 samples long, a quarter of the
+    /// default, so that what the innovation does not notice has faded in a quarter of the time. Noisier where light is steady.
+    pub fn responsive() -> Self {
+        Self { max_history: 8.0, ..Self::default() }
+    }
+
+    /// For views that stand still: history is as long as it can be (1024 samples), so that the image goes on improving. Slow to
+    /// follow changes of the light that are small against the noise.
+    pub fn still() -> Self {
+        Self { max_history: 1024.0, ..Self::default() }
+    }
+
+    /// For the least time: one model for 32x32 pixels is fitted and what earlier frames had is kept while it holds. Three
+    /// quarters of the time, at some loss where samples are clean.
+    pub fn fast() -> Self {
+        Self { budget: Budget::Models(0), ..Self::default() }
+    }
+
+    /// Sets [`conventions`](Self::conventions).
+    pub fn with_conventions(self, conventions: Conventions) -> Self {
+        Self { conventions, ..self }
+    }
+
+    /// Sets [`far`](Self::far).
+    pub fn with_far(self, far: f32) -> Self {
+        Self { far, ..self }
+    }
+
+    /// Sets [`max_history`](Self::max_history).
+    pub fn with_max_history(self, max_history: f32) -> Self {
+        Self { max_history, ..self }
+    }
+
+    /// Sets [`windows`](Self::windows).
+    pub fn with_windows(self, windows: Windows) -> Self {
+        Self { windows, ..self }
+    }
+
+    /// Sets [`centres`](Self::centres).
+    pub fn with_centres(self, centres: Centres) -> Self {
+        Self { centres, ..self }
+    }
+
+    /// Sets [`innovation`](Self::innovation).
+    pub fn with_innovation(self, innovation: bool) -> Self {
+        Self { innovation, ..self }
+    }
+
+    /// Sets [`firefly_limit`](Self::firefly_limit).
+    pub fn with_firefly_limit(self, firefly_limit: f32) -> Self {
+        Self { firefly_limit, ..self }
+    }
+
+    /// Sets [`mix_temporal_mean`](Self::mix_temporal_mean).
+    pub fn with_mix_temporal_mean(self, mix_temporal_mean: bool) -> Self {
+        Self { mix_temporal_mean, ..self }
+    }
+
+    /// Sets [`debug_specular`](Self::debug_specular).
+    pub fn with_debug_specular(self, debug_specular: bool) -> Self {
+        Self { debug_specular, ..self }
+    }
+
+    /// Sets [`budget`](Self::budget).
+    pub fn with_budget(self, budget: Budget) -> Self {
+        Self { budget, ..self }
+    }
+
     pub(crate) fn check(&self) -> Result<(), FrameError> {
         let refuse = |setting, expected, found: f32| {
             Err(FrameError::Setting { setting, expected, found: f64::from(found) })
         };
-        if let Some(&scale) = self.motion_scale.iter().find(|s| !s.is_finite()) {
-            return refuse("motion_scale", "finite numbers", scale);
-        }
+        self.conventions.check()?;
         if self.far.is_nan() || self.far <= 0.0 {
             return refuse("far", "a depth above 0", self.far);
         }

@@ -1,8 +1,8 @@
 //! What outlives a frame of one of the signals that are denoised apart.
 
-use crate::Allocation;
 use crate::gpu::{buffer, image, words};
 use crate::layout::{self, LEVELS_WORDS};
+use crate::{Allocation, Memory};
 use wgpu::{Buffer, BufferUsages, TextureFormat, TextureView};
 
 /// The temporal mean and its noise are replaced in place: `reproject` reads them and writes a copy, `accumulate` reads the copy
@@ -38,15 +38,16 @@ impl Signal {
     }
 
     /// Under these names, in this order.
-    pub fn memory(&self, names: [&'static str; 5]) -> Vec<Allocation> {
+    pub fn add_memory(&self, memory: &mut Memory, names: [&'static str; 5]) {
         let [history, noise, models, windows, kept] = names;
-        vec![
-            Allocation::of_image(history, &self.history),
-            Allocation::of_image(noise, &self.noise),
+        memory
+            .history
+            .extend([Allocation::of_image(history, &self.history), Allocation::of_image(noise, &self.noise)]);
+        memory.models.extend([
             Allocation::of_buffer(models, &self.models),
             Allocation::of_buffer(windows, &self.windows),
             Allocation::of_buffer(kept, &self.kept),
-        ]
+        ]);
     }
 
     /// Clears what the passes count in, and hands the models of the frame before on where they may be kept.

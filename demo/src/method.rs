@@ -5,8 +5,8 @@ use crate::gpu::Gpu;
 use crate::peers::{Accumulate, Bmfr, PeerFrame, Svgf};
 use anyhow::{Context, Result};
 use quell::{
-    Allocation, Camera, DebugView, Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode, SampleMap,
-    Settings, Statistics, Timestamps,
+    Allocation, Camera, Conventions, DebugView, Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode,
+    MotionUnit, PassProfiler, RequiredInputs, SampleMap, Settings, Statistics, Timestamps,
 };
 
 /// How to denoise.
@@ -47,7 +47,7 @@ pub struct MethodFrame<'a> {
     pub camera: Camera,
     /// A cut: drop history.
     pub restart: bool,
-    /// All methods use `far` and `max_history`. `motion_scale` is ignored: the G-buffer's motion is in pixels.
+    /// All methods use `far` and `max_history`. `conventions` are ignored: the G-buffer has its own.
     pub settings: &'a Settings,
     /// Which of the G-buffer's split images quell gets, where there are any. The others take combined radiance.
     pub split: Split,
@@ -100,7 +100,7 @@ impl MethodRunner {
         let state = match method {
             Method::Quell => State::Quell {
                 denoiser: Box::new(
-                    Denoiser::new(&gpu.device, &DenoiserDescriptor { width, height })
+                    Denoiser::new(&gpu.device, &DenoiserDescriptor::new(width, height))
                         .context("cannot create the denoiser")?,
                 ),
                 output: output_image(&gpu.device, width, height),
@@ -155,7 +155,7 @@ impl MethodRunner {
     /// What the method holds on the GPU besides its inputs and output.
     pub fn memory(&self) -> Vec<Allocation> {
         match &self.state {
-            State::Quell { denoiser, .. } => denoiser.memory(),
+            State::Quell { denoiser, .. } => denoiser.memory().allocations().copied().collect(),
             State::Svgf(svgf) => svgf.memory(),
             State::Bmfr(bmfr) => bmfr.memory(),
             State::Accumulate(accumulate) => accumulate.memory(),
@@ -179,34 +179,33 @@ impl MethodRunner {
         match &mut self.state {
             State::Quell { denoiser, output } => {
                 let lobes = gbuffer.lobes.as_ref().filter(|_| frame.split == Split::Full);
-                let inputs = FrameInputs {
+                let sample_map = frame.sample_budget.map(|samples_per_pixel| SampleMap {
+                    view: &gbuffer.sample_map,
+                    samples_per_pixel,
+                    dark_level: DARK_LEVEL,
+                });
+                let inputs = FrameInputs::new(RequiredInputs {
                     radiance: lobes.map_or(&gbuffer.radiance, |lobes| &lobes.rest),
                     albedo: &gbuffer.albedo,
                     normal_roughness: &gbuffer.normal_roughness,
                     depth: &gbuffer.depth,
                     motion: &gbuffer.motion,
-                    surface_id: Some(&gbuffer.surface_id),
-                    emission: Some(&gbuffer.emission),
-                    sample_count: Some(&gbuffer.sample_count),
-                    specular: lobes.map(|lobes| &lobes.specular),
-                    specular_albedo: lobes.and(gbuffer.specular_albedo.as_ref()),
-                    hit_distance: gbuffer.hit_distance.as_ref().filter(|_| frame.split != Split::None),
-                    camera: frame.camera,
-                    history: if frame.restart { HistoryMode::Restart } else { HistoryMode::Continue },
                     output,
-                    debug: frame.debug,
-                    sample_map: frame.sample_budget.map(|samples_per_pixel| SampleMap {
-                        view: &gbuffer.sample_map,
-                        samples_per_pixel,
-                        dark_level: DARK_LEVEL,
-                    }),
-                    timestamps,
-                    measured_ms: frame.measured_ms,
-                };
-                let settings = Settings {
-                    motion_scale: [1.0 / gbuffer.width as f32, 1.0 / gbuffer.height as f32],
-                    ..*frame.settings
-                };
+                    camera: frame.camera,
+                })
+                .with_history(if frame.restart { HistoryMode::Restart } else { HistoryMode::Continue })
+                .with_surface_id(&gbuffer.surface_id)
+                .with_emission(&gbuffer.emission)
+                .with_sample_count(&gbuffer.sample_count)
+                .with_specular(lobes.map(|lobes| &lobes.specular))
+                .with_specular_albedo(lobes.and(gbuffer.specular_albedo.as_ref()))
+                .with_hit_distance(gbuffer.hit_distance.as_ref().filter(|_| frame.split != Split::None))
+                .with_debug(frame.debug)
+                .with_sample_map(sample_map)
+                .with_profiler(timestamps.as_ref().map(|timestamps| timestamps as &dyn PassProfiler))
+                .with_measured_ms(frame.measured_ms);
+                let conventions = Conventions::default().with_motion_unit(MotionUnit::Pixels);
+                let settings = frame.settings.with_conventions(conventions);
                 denoiser.encode(&gpu.device, &gpu.queue, encoder, &inputs, &settings)?;
             }
             State::Svgf(svgf) => svgf.encode(gpu, encoder, gbuffer, &peer_frame, timestamps),

@@ -37,17 +37,15 @@ impl SettingsArgs {
     /// The settings, with `far` as the sequence has it.
     pub fn settings(&self, far: f32) -> Settings {
         let defaults = Settings::default();
-        Settings {
-            far,
-            max_history: self.max_history.map_or(defaults.max_history, f32::from),
-            windows: self.windows.unwrap_or(defaults.windows),
-            centres: self.centres.unwrap_or(defaults.centres),
-            firefly_limit: self.firefly_limit.unwrap_or(defaults.firefly_limit),
-            innovation: !self.no_innovation,
-            mix_temporal_mean: !self.no_mix,
-            budget: self.budget(),
-            ..defaults
-        }
+        defaults
+            .with_far(far)
+            .with_max_history(self.max_history.map_or(defaults.max_history, f32::from))
+            .with_windows(self.windows.unwrap_or(defaults.windows))
+            .with_centres(self.centres.unwrap_or(defaults.centres))
+            .with_firefly_limit(self.firefly_limit.unwrap_or(defaults.firefly_limit))
+            .with_innovation(!self.no_innovation)
+            .with_mix_temporal_mean(!self.no_mix)
+            .with_budget(self.budget())
     }
 
     fn budget(&self) -> Budget {

@@ -16,7 +16,7 @@ fn gpu() -> Gpu {
 /// Runs a method over frames, of which those listed in `restarts` are cuts; returns every output.
 fn run(gpu: &Gpu, method: Method, frames: &[Frame], restarts: &[usize], max_history: f32) -> Vec<ImageRgb> {
     let mut runner = MethodRunner::new(gpu, method, WIDTH, HEIGHT).unwrap();
-    let settings = Settings { far: FAR, max_history, ..Settings::default() };
+    let settings = Settings::default().with_far(FAR).with_max_history(max_history);
     let mut gbuffer = gbuffer_for(&gpu.device, &frames[0]);
     let output = |(i, frame): (usize, &Frame)| {
         upload(&gpu.device, &gpu.queue, frame, &mut gbuffer);

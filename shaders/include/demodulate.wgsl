@@ -22,11 +22,11 @@ fn demodulator_at(pixel: vec2<u32>, surface: Surface) -> vec3<f32> {
     if IS_SPECULAR && !has(frame, FLAG_SPECULAR_ALBEDO) {
         return vec3(max(dielectric_reflectance(pixel, surface), ALBEDO_FLOOR));
     }
-    return demodulator(textureLoad(albedo, pixel, 0).rgb);
+    return demodulator(textureLoad(albedo, frame.origin + pixel, 0).rgb);
 }
 
 fn dielectric_reflectance(pixel: vec2<u32>, surface: Surface) -> f32 {
-    let position = position_of(frame, frame.current, vec2<f32>(pixel), surface.depth);
+    let position = position_of(frame.current, vec2<f32>(pixel), surface.depth);
     let towards = towards_eye(frame.current, position);
     let grazing = pow(1.0 - saturate(dot(surface.normal, towards)), 5.0);
     return mix(DIELECTRIC_F0, max(1.0 - surface.roughness, DIELECTRIC_F0), grazing);

@@ -9,15 +9,14 @@ struct View {
     jitter: vec2<f32>,            // pixels; where samples lie relative to pixel centres
     perspective: f32,             // 1 perspective, 0 orthographic
     pad_0: f32,
-    pad_1: f32,
-    pad_2: f32,
+    size: vec2<f32>,              // pixels of the view's frame
 }
 
 // What hardly changes comes first: Mesa's CPU driver compiles a shader anew when the first words of its uniforms change.
 struct Frame {
     size: vec2<u32>,        // pixels
     tiles: vec2<u32>,       // of TILE x TILE pixels
-    motion_scale: vec2<f32>,
+    motion_scale: vec2<f32>,// from the caller's motion to UV, towards the previous frame
     max_history: f32,
     flags: u32,
     index: u32,             // frames since creation, for dithering and alternation
@@ -28,6 +27,9 @@ struct Frame {
     far: f32,
     sample_budget: f32,     // mean samples per pixel that the sample map may ask for
     dark_level: f32,        // luminance below which errors count absolutely
+    origin: vec2<u32>,      // where the frame begins in the caller's images, pixels
+    motion_offset: vec2<f32>, // UV; takes jitter out of the caller's motion
+    unprojection: vec4<f32>,// view depth = (x + y d) / (z + w d) of a depth buffer's d
     levels: array<Level, LEVELS>,
     eye_delta: vec3<f32>,   // eye now minus eye of the previous frame, world units
     model_limit: u32,       // models that may be fitted, where FLAG_LIMITED is set; changes while a time is kept
@@ -57,6 +59,15 @@ const FLAG_LIMITED = 1024u;     // no more than model_limit models are fitted
 const FLAG_SPLIT = 2048u;       // the radiance that left through the specular lobe is a signal of its own
 const FLAG_SPECULAR_ALBEDO = 4096u;
 const FLAG_HIT_DISTANCE = 8192u;
+const FLAG_ROUGHNESS = 16384u;
+const FLAG_DEPTH_HARDWARE = 32768u;     // the caller's conventions
+const FLAG_DEPTH_REVERSED = 65536u;
+const FLAG_DEPTH_DISTANCE = 131072u;
+const FLAG_MOTION_FROM_PREVIOUS = 262144u;
+const FLAG_NORMAL_UNSIGNED = 524288u;
+const FLAG_NORMAL_OCTAHEDRAL = 1048576u;
+const FLAG_NORMAL_VIEW = 2097152u;
+const FLAG_NORMAL_MIRRORED = 4194304u;  // along z
 
 // Whether the pass works on the radiance that left the first hit through the specular lobe. Compiled apart, so that it costs
 // nothing where there is one signal.
@@ -71,8 +82,8 @@ fn has(frame: Frame, flag: u32) -> bool {
     return (frame.flags & flag) != 0u;
 }
 
-fn inside(pixel: vec2<i32>, frame: Frame) -> bool {
-    return all(pixel >= vec2(0)) && all(pixel < vec2<i32>(frame.size));
+fn inside(pixel: vec2<i32>, view: View) -> bool {
+    return all(pixel >= vec2(0)) && all(pixel < vec2<i32>(view.size));
 }
 
 // Eye-relative world position of the point at `uv` (origin top left) and linear view depth.
@@ -84,8 +95,8 @@ fn position_at(view: View, uv: vec2<f32>, depth: f32) -> vec3<f32> {
 }
 
 // The point seen by the sample of a pixel (centres at integers).
-fn position_of(frame: Frame, view: View, pixel: vec2<f32>, depth: f32) -> vec3<f32> {
-    return position_at(view, (pixel + 0.5 + view.jitter) / vec2<f32>(frame.size), depth);
+fn position_of(view: View, pixel: vec2<f32>, depth: f32) -> vec3<f32> {
+    return position_at(view, (pixel + 0.5 + view.jitter) / view.size, depth);
 }
 
 // UV of an eye-relative world position, and its view depth in z.

@@ -21,7 +21,7 @@ fn reflection_at(pixel: vec2<u32>, surface: Surface, position: vec3<f32>) -> Ref
 }
 
 fn hit_distance_at(pixel: vec2<i32>, surface: Surface) -> f32 {
-    let found = textureLoad(hit_distance, pixel, 0).x;
+    let found = textureLoad(hit_distance, frame.origin + vec2<u32>(pixel), 0).x;
     let range = HITS * surface.depth;
     // By its bits: infinity is far, NaN is not known.
     let is_known = found > 0.0 && (bitcast<u32>(found) & 0x7fffffffu) <= 0x7f800000u;
@@ -31,12 +31,12 @@ fn hit_distance_at(pixel: vec2<i32>, surface: Surface) -> f32 {
 
 // Mean over what the lobe takes in, as far as that is 3x3 pixels: a ray is one sample of it. Motion is linear in the inverse.
 fn known_hit_distance(pixel: vec2<u32>, surface: Surface, position: vec3<f32>) -> f32 {
-    let pixel_width = 2.0 * mix(1.0, surface.depth, frame.current.perspective) / (frame.current.scale.y * f32(frame.size.y));
+    let pixel_width = 2.0 * mix(1.0, surface.depth, frame.current.perspective) / (frame.current.scale.y * frame.current.size.y);
     let own = hit_distance_at(vec2<i32>(pixel), surface);
     var sum = vec2(0.0);
     for (var i = 0; i < 9; i++) {
         let texel = vec2<i32>(pixel) + vec2(i % 3 - 1, i / 3 - 1);
-        if inside(texel, frame) {
+        if inside(texel, frame.current) {
             let found = hit_distance_at(texel, surface);
             let other = neighbour_at(texel);
             if found > 0.0 && other.is_hit && continues(surface.normal, surface.depth, other.normal, other.position - position) {
@@ -55,10 +55,10 @@ struct Neighbour {
 }
 
 fn neighbour_at(texel: vec2<i32>) -> Neighbour {
-    let normal = repair_normal(textureLoad(normal_roughness, texel, 0).xyz);
-    let d = textureLoad(depth, texel, 0).x;
-    let is_hit = is_finite(d) && d > 0.0;
-    return Neighbour(normal, position_of(frame, frame.current, vec2<f32>(texel), select(0.0, d, is_hit)), is_hit);
+    let pixel = vec2<u32>(texel);
+    let normal = decode_normal(textureLoad(normal_roughness, frame.origin + pixel, 0).xyz);
+    let found = view_depth_at(pixel);
+    return Neighbour(normal, position_of(frame.current, vec2<f32>(texel), found), found > 0.0);
 }
 
 // Columns span the tangent plane. Source: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 2017
@@ -80,7 +80,7 @@ fn curvature_at(pixel: vec2<u32>, surface: Surface, position: vec3<f32>, normal:
     for (var i = 0; i < 4; i++) {
         let side = (i & 2) - 1;
         let texel = vec2<i32>(pixel) + CURVATURE_STEP * select(vec2(0, side), vec2(side, 0), (i & 1) == 0);
-        if inside(texel, frame) {
+        if inside(texel, frame.current) {
             let other = neighbour_at(texel);
             let offset = other.position - position;
             if other.is_hit && continues(surface.normal, surface.depth, other.normal, offset) {

@@ -6,7 +6,7 @@ const NO_GAIN = 0xffffffffu; // a miss
 
 // Bucket of the gain of a pixel of the next frame. The camera is taken to move on as it did.
 fn gain_bucket(pixel: vec2<u32>) -> u32 {
-    let moved = textureLoad(motion, pixel, 0).xy * frame.motion_scale * vec2<f32>(frame.size);
+    let moved = motion_at(pixel).xy * frame.current.size;
     var place = vec2<f32>(pixel);
     if is_finite(moved.x) && is_finite(moved.y) {
         place += clamp(round(moved), vec2(-1e4), vec2(1e4));

@@ -24,7 +24,7 @@ fn unpack_signal(word: u32) -> vec3<f32> {
 // Samples traced at a pixel; a pass binds sample_count.
 fn samples_at(pixel: vec2<u32>) -> f32 {
     if has(frame, FLAG_SAMPLE_COUNT) {
-        return f32(min(textureLoad(sample_count, pixel, 0).x, 1024u));
+        return f32(min(textureLoad(sample_count, frame.origin + pixel, 0).x, 1024u));
     }
     return 1.0;
 }

@@ -1,7 +1,7 @@
 //! A compute pipeline with its binding table, and recording one dispatch of it.
 
 use super::shader::assemble;
-use crate::Timestamps;
+use crate::PassProfiler;
 use wgpu::{BindingResource, BindingType, TextureFormat};
 
 /// What a binding is.
@@ -66,20 +66,40 @@ pub struct Recorder<'a> {
     pub encoder: &'a mut wgpu::CommandEncoder,
     /// The frame's uniforms.
     pub frame: &'a wgpu::Buffer,
-    /// Where passes are timed, if they are.
-    pub timestamps: Option<Timestamps<'a>>,
+    /// What times passes, if something does.
+    pub profiler: Option<&'a dyn PassProfiler>,
     /// Whether the passes work on the specular signal.
     pub is_specular: bool,
 }
 
+/// What compiles passes.
+#[derive(Debug, Clone, Copy)]
+pub struct Compiler<'a> {
+    /// What they are for.
+    pub device: &'a wgpu::Device,
+    /// What remembers them from one run of the program to the next.
+    pub cache: Option<&'a wgpu::PipelineCache>,
+}
+
+impl<'a> From<&'a wgpu::Device> for Compiler<'a> {
+    fn from(device: &'a wgpu::Device) -> Self {
+        Self { device, cache: None }
+    }
+}
+
 impl Kernel {
     /// Compiles a pass.
-    pub fn new(device: &wgpu::Device, descriptor: &'static KernelDescriptor) -> Self {
-        Self::with(device, descriptor, &[])
+    pub fn new<'a>(compiler: impl Into<Compiler<'a>>, descriptor: &'static KernelDescriptor) -> Self {
+        Self::with(compiler, descriptor, &[])
     }
 
     /// Compiles a pass for other signals, with other values of its overridable constants.
-    pub fn with(device: &wgpu::Device, descriptor: &'static KernelDescriptor, constants: &Constants) -> Self {
+    pub fn with<'a>(
+        compiler: impl Into<Compiler<'a>>,
+        descriptor: &'static KernelDescriptor,
+        constants: &Constants,
+    ) -> Self {
+        let Compiler { device, cache } = compiler.into();
         let name = Some(descriptor.name);
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: name,
@@ -102,7 +122,7 @@ impl Kernel {
                 constants,
                 ..wgpu::PipelineCompilationOptions::default()
             },
-            cache: None,
+            cache,
         });
         Self { descriptor, layout, pipeline }
     }
@@ -111,7 +131,7 @@ impl Kernel {
     /// resources of all bindings after the frame's uniforms, in the order of the table.
     pub fn record(&self, recorder: &mut Recorder<'_>, resources: &[BindingResource<'_>], extent: [u32; 2]) {
         let group = self.bind(recorder, resources);
-        self.dispatch(&mut recorder.begin_pass(self.descriptor.name), &group, extent);
+        recorder.pass(self.descriptor.name, |pass| self.dispatch(pass, &group, extent));
     }
 
     /// Binds the frame's uniforms, then `resources` in the order of the table.
@@ -151,31 +171,36 @@ impl Kernel {
 }
 
 impl Recorder<'_> {
-    /// Times a pass that has nothing to do, so that each of a frame's queries is written.
+    /// Tells the profiler of a pass that has nothing to do, so that each of a frame's queries is written.
     pub fn skip_pass(&mut self, name: &str) {
-        if self.timestamps.is_some() {
-            drop(self.begin_pass(name));
+        if self.profiler.is_some() {
+            self.pass(name, |_| {});
         }
     }
 
-    /// Begins the compute pass of a kernel, one of [`PASSES`](crate::PASSES), timed where the caller wants it.
-    pub fn begin_pass(&mut self, name: &str) -> wgpu::ComputePass<'_> {
+    /// A compute pass of a kernel, one of [`PASSES`](crate::PASSES), timed where the caller wants it.
+    pub fn pass(&mut self, name: &str, record: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
         let place = crate::PASSES.iter().position(|pass| *pass == name).unwrap_or_default();
         let index = if self.is_specular && place < crate::SIGNAL_PASSES {
             place + crate::SIGNAL_PASSES
         } else {
             place
         };
-        let timestamp_writes = self.timestamps.map(|timestamps| {
-            let first = timestamps.first_query + 2 * index as u32;
-            wgpu::ComputePassTimestampWrites {
-                query_set: timestamps.query_set,
-                beginning_of_pass_write_index: Some(first),
-                end_of_pass_write_index: Some(first + 1),
-            }
+        let label = crate::PASSES[index];
+        let times = self.profiler.and_then(|profiler| profiler.begin(label, self.encoder));
+        let timestamp_writes = times.as_ref().map(|times| wgpu::ComputePassTimestampWrites {
+            query_set: &times.query_set,
+            beginning_of_pass_write_index: times.begin,
+            end_of_pass_write_index: times.end,
         });
-        let label = Some(crate::PASSES[index]);
-        self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label, timestamp_writes })
+        record(
+            &mut self
+                .encoder
+                .begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(label), timestamp_writes }),
+        );
+        if let Some(profiler) = self.profiler {
+            profiler.end(label, self.encoder);
+        }
     }
 }
 

@@ -1,12 +1,13 @@
 //! Joins a pass's WGSL with the includes that it names in `//!include a b c`.
 
-const INCLUDES: [(&str, &str); 22] = [
+const INCLUDES: [(&str, &str); 23] = [
     ("frame", include_str!("../../shaders/include/frame.wgsl")),
     ("numbers", include_str!("../../shaders/include/numbers.wgsl")),
     ("noise", include_str!("../../shaders/include/noise.wgsl")),
     ("surface", include_str!("../../shaders/include/surface.wgsl")),
     ("signal", include_str!("../../shaders/include/signal.wgsl")),
     ("inputs", include_str!("../../shaders/include/inputs.wgsl")),
+    ("motion", include_str!("../../shaders/include/motion.wgsl")),
     ("reflection", include_str!("../../shaders/include/reflection.wgsl")),
     ("memory", include_str!("../../shaders/include/memory.wgsl")),
     ("demodulate", include_str!("../../shaders/include/demodulate.wgsl")),

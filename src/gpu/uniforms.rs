@@ -22,6 +22,15 @@ pub mod flags {
     pub const SPLIT: u32 = 2048;
     pub const SPECULAR_ALBEDO: u32 = 4096;
     pub const HIT_DISTANCE: u32 = 8192;
+    pub const ROUGHNESS: u32 = 16384;
+    pub const DEPTH_HARDWARE: u32 = 32768;
+    pub const DEPTH_REVERSED: u32 = 65536;
+    pub const DEPTH_DISTANCE: u32 = 131_072;
+    pub const MOTION_FROM_PREVIOUS: u32 = 262_144;
+    pub const NORMAL_UNSIGNED: u32 = 524_288;
+    pub const NORMAL_OCTAHEDRAL: u32 = 1_048_576;
+    pub const NORMAL_VIEW: u32 = 2_097_152;
+    pub const NORMAL_MIRRORED: u32 = 4_194_304;
 }
 
 /// WGSL `View`.
@@ -36,16 +45,17 @@ pub struct ViewUniforms {
     pub jitter: [f32; 2],
     pub perspective: f32,
     pub pad_0: f32,
-    pub pad_1: f32,
-    pub pad_2: f32,
+    pub size: [f32; 2],
 }
 
-impl From<&Camera> for ViewUniforms {
-    fn from(camera: &Camera) -> Self {
+impl ViewUniforms {
+    /// Of a right-handed camera, whose frame has `size` pixels.
+    fn new(camera: &Camera, size: [u32; 2]) -> Self {
         let clip = camera.clip_from_view;
         let mut rotation = camera.view_from_world;
         rotation.w_axis = glam::Vec4::W;
         Self {
+            size: size.map(|side| side as f32),
             view_from_world: rotation,
             scale: [clip.x_axis.x, clip.y_axis.y],
             shift: [clip.z_axis.x, clip.z_axis.y],
@@ -92,6 +102,9 @@ pub struct FrameUniforms {
     pub far: f32,
     pub sample_budget: f32,
     pub dark_level: f32,
+    pub origin: [u32; 2],
+    pub motion_offset: [f32; 2],
+    pub unprojection: [f32; 4],
     pub levels: [LevelUniforms; LEVELS],
     pub eye_delta: Vec3,
     pub model_limit: u32,
@@ -118,10 +131,10 @@ impl FrameUniforms {
         });
     }
 
-    /// Sets both views and the eye's movement between them.
-    pub fn set_cameras(&mut self, current: &Camera, previous: &Camera) {
-        self.current = current.into();
-        self.previous = previous.into();
+    /// Sets both views, of right-handed cameras, and the eye's movement between them. Call after `size` is set.
+    pub fn set_cameras(&mut self, current: &Camera, previous: &Camera, previous_size: [u32; 2]) {
+        self.current = ViewUniforms::new(current, self.size);
+        self.previous = ViewUniforms::new(previous, previous_size);
         self.eye_delta = eye(current) - eye(previous);
     }
 }

@@ -1,6 +1,6 @@
 //! Joins this frame's samples to the history. See `shaders/accumulate.wgsl`.
 
-use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder, SPECULAR};
+use crate::gpu::{Compiler, Kernel, KernelDescriptor, Kind, Recorder, SPECULAR};
 use wgpu::{BindingResource, Buffer, TextureFormat, TextureView};
 
 /// What the pass is made of.
@@ -44,13 +44,13 @@ pub struct Accumulate(Kernel);
 
 impl Accumulate {
     /// Compiles the pass.
-    pub fn new(device: &wgpu::Device) -> Self {
-        Self(Kernel::new(device, &DESCRIPTOR))
+    pub fn new<'a>(compiler: impl Into<Compiler<'a>>) -> Self {
+        Self(Kernel::new(compiler, &DESCRIPTOR))
     }
 
     /// Compiles the pass for the specular signal.
-    pub fn specular(device: &wgpu::Device) -> Self {
-        Self(Kernel::with(device, &DESCRIPTOR, SPECULAR))
+    pub fn specular<'a>(compiler: impl Into<Compiler<'a>>) -> Self {
+        Self(Kernel::with(compiler, &DESCRIPTOR, SPECULAR))
     }
 
     /// Records the pass over `extent` pixels.

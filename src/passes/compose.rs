@@ -1,6 +1,6 @@
 //! Mixes prediction and temporal mean, and makes radiance of it. See `shaders/compose.wgsl`.
 
-use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder, SPECULAR};
+use crate::gpu::{Compiler, Kernel, KernelDescriptor, Kind, Recorder, SPECULAR};
 use wgpu::{BindingResource, TextureFormat, TextureView};
 
 /// What the pass is made of.
@@ -46,13 +46,13 @@ pub struct Compose(Kernel);
 
 impl Compose {
     /// Compiles the pass.
-    pub fn new(device: &wgpu::Device) -> Self {
-        Self(Kernel::new(device, &DESCRIPTOR))
+    pub fn new<'a>(compiler: impl Into<Compiler<'a>>) -> Self {
+        Self(Kernel::new(compiler, &DESCRIPTOR))
     }
 
     /// Compiles the pass for the specular signal.
-    pub fn specular(device: &wgpu::Device) -> Self {
-        Self(Kernel::with(device, &DESCRIPTOR, SPECULAR))
+    pub fn specular<'a>(compiler: impl Into<Compiler<'a>>) -> Self {
+        Self(Kernel::with(compiler, &DESCRIPTOR, SPECULAR))
     }
 
     /// Records the pass over `extent` pixels.

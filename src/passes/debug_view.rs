@@ -1,6 +1,6 @@
 //! Shows one of the frame's inner images. See `shaders/debug_view.wgsl`.
 
-use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder};
+use crate::gpu::{Compiler, Kernel, KernelDescriptor, Kind, Recorder};
 use wgpu::{BindingResource, Buffer, TextureFormat, TextureView};
 
 /// What the pass is made of.
@@ -46,8 +46,8 @@ pub struct DebugView(Kernel);
 
 impl DebugView {
     /// Compiles the pass.
-    pub fn new(device: &wgpu::Device) -> Self {
-        Self(Kernel::new(device, &DESCRIPTOR))
+    pub fn new<'a>(compiler: impl Into<Compiler<'a>>) -> Self {
+        Self(Kernel::new(compiler, &DESCRIPTOR))
     }
 
     /// Records the pass over `extent` pixels.

@@ -1,7 +1,7 @@
 //! Places centres level by level and fits a model at each. See `shaders/centres.wgsl` and `shaders/fit.wgsl`.
 
 use super::{centres, choose, gains};
-use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder};
+use crate::gpu::{Compiler, Kernel, KernelDescriptor, Kind, Recorder};
 use crate::layout::{LEVEL_STRIDES, LEVEL_WORDS, LEVELS};
 use wgpu::util::DeviceExt;
 use wgpu::{BindGroup, Buffer};
@@ -53,19 +53,20 @@ pub struct Fit {
 
 impl Fit {
     /// Compiles the pass.
-    pub fn new(device: &wgpu::Device) -> Self {
+    pub fn new<'a>(compiler: impl Into<Compiler<'a>>) -> Self {
+        let compiler = compiler.into();
         let number = |level: usize| {
-            device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            compiler.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("quell level"),
                 contents: bytemuck::cast_slice(&[level as u32, 0, 0, 0]),
                 usage: wgpu::BufferUsages::UNIFORM,
             })
         };
         Self {
-            centres: Kernel::new(device, &centres::DESCRIPTOR),
-            gains: Kernel::new(device, &gains::DESCRIPTOR),
-            choose: Kernel::new(device, &choose::DESCRIPTOR),
-            fit: Kernel::new(device, &DESCRIPTOR),
+            centres: Kernel::new(compiler, &centres::DESCRIPTOR),
+            gains: Kernel::new(compiler, &gains::DESCRIPTOR),
+            choose: Kernel::new(compiler, &choose::DESCRIPTOR),
+            fit: Kernel::new(compiler, &DESCRIPTOR),
             numbers: std::array::from_fn(number),
         }
     }
@@ -81,15 +82,16 @@ impl Fit {
             };
             (list, self.bind_fit(recorder, views, level))
         });
-        let mut pass = recorder.begin_pass(DESCRIPTOR.name);
-        for (level, (list, fit)) in groups.iter().enumerate() {
-            let cells = extent.map(|side| side.div_ceil(LEVEL_STRIDES[level]));
-            for (kernel, group) in list {
-                kernel.dispatch(&mut pass, group, cells);
+        recorder.pass(DESCRIPTOR.name, |pass| {
+            for (level, (list, fit)) in groups.iter().enumerate() {
+                let cells = extent.map(|side| side.div_ceil(LEVEL_STRIDES[level]));
+                for (kernel, group) in list {
+                    kernel.dispatch(pass, group, cells);
+                }
+                let arguments = 4 * u64::from(LEVEL_WORDS) * level as u64;
+                self.fit.dispatch_indirect(pass, fit, views.levels, arguments);
             }
-            let arguments = 4 * u64::from(LEVEL_WORDS) * level as u64;
-            self.fit.dispatch_indirect(&mut pass, fit, views.levels, arguments);
-        }
+        });
     }
 
     fn bind_centres(

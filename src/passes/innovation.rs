@@ -1,6 +1,6 @@
 //! Predicts the change of the light. See `shaders/innovation.wgsl`.
 
-use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder};
+use crate::gpu::{Compiler, Kernel, KernelDescriptor, Kind, Recorder};
 use wgpu::Buffer;
 
 /// What the pass is made of.
@@ -26,8 +26,8 @@ pub struct Innovation(Kernel);
 
 impl Innovation {
     /// Compiles the pass.
-    pub fn new(device: &wgpu::Device) -> Self {
-        Self(Kernel::new(device, &DESCRIPTOR))
+    pub fn new<'a>(compiler: impl Into<Compiler<'a>>) -> Self {
+        Self(Kernel::new(compiler, &DESCRIPTOR))
     }
 
     /// Records the pass over `extent` centres.

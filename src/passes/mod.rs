@@ -14,7 +14,8 @@ pub mod sample_gains;
 pub mod sample_map;
 pub mod sample_rate;
 
-use crate::gpu::KernelDescriptor;
+use crate::DeviceError;
+use crate::gpu::{Compiler, KernelDescriptor, catch};
 use std::sync::OnceLock;
 
 /// All kernels in the order they run; `centres`, `gains` and `choose` run within the pass `fit`, `sample_gains` and `sample_rate`
@@ -48,6 +49,7 @@ pub struct Pipelines {
     reflections: OnceLock<SignalPasses>,
     pub(crate) sample_map: sample_map::SampleMap,
     pub(crate) debug_view: debug_view::DebugView,
+    cache: Option<wgpu::PipelineCache>,
 }
 
 /// What denoises one signal.
@@ -63,44 +65,76 @@ pub(crate) struct SignalPasses {
 
 impl Pipelines {
     /// Compiles all passes that every frame needs. Needs no optional feature and no more than WebGPU's default limits.
-    pub fn new(device: &wgpu::Device) -> Self {
-        Self {
+    ///
+    /// # Errors
+    /// The driver could not compile them, or the device is lost.
+    pub fn new(device: &wgpu::Device) -> Result<Self, DeviceError> {
+        Self::with_cache(device, None)
+    }
+
+    /// As [`Pipelines::new`], with what the driver compiled in an earlier run of the program; what it lacks joins it. Store
+    /// `wgpu::PipelineCache::get_data` after the first frames, because some passes are compiled when they are first needed.
+    /// Needs `Features::PIPELINE_CACHE`.
+    ///
+    /// # Errors
+    /// As [`Pipelines::new`].
+    pub fn with_cache(
+        device: &wgpu::Device,
+        cache: Option<&wgpu::PipelineCache>,
+    ) -> Result<Self, DeviceError> {
+        let compiler = Compiler { device, cache };
+        catch(device, || Self {
             signal: SignalPasses {
-                reproject: reproject::Reproject::new(device),
-                innovation: innovation::Innovation::new(device),
-                accumulate: accumulate::Accumulate::new(device),
-                fit: fit::Fit::new(device),
-                predict: predict::Predict::new(device),
-                compose: compose::Compose::new(device),
+                reproject: reproject::Reproject::new(compiler),
+                innovation: innovation::Innovation::new(compiler),
+                accumulate: accumulate::Accumulate::new(compiler),
+                fit: fit::Fit::new(compiler),
+                predict: predict::Predict::new(compiler),
+                compose: compose::Compose::new(compiler),
             },
             specular: OnceLock::new(),
             reflections: OnceLock::new(),
-            sample_map: sample_map::SampleMap::new(device),
-            debug_view: debug_view::DebugView::new(device),
-        }
+            sample_map: sample_map::SampleMap::new(compiler),
+            debug_view: debug_view::DebugView::new(compiler),
+            cache: cache.cloned(),
+        })
     }
 
     /// What denoises the specular signal; compiled by the first call.
-    pub(crate) fn specular(&self, device: &wgpu::Device) -> &SignalPasses {
-        self.specular.get_or_init(|| SignalPasses {
-            reproject: reproject::Reproject::specular(device),
+    pub(crate) fn specular(&self, device: &wgpu::Device) -> Result<&SignalPasses, DeviceError> {
+        self.variant(device, &self.specular, |compiler| SignalPasses {
+            reproject: reproject::Reproject::specular(compiler),
             innovation: self.signal.innovation.clone(),
-            accumulate: accumulate::Accumulate::specular(device),
+            accumulate: accumulate::Accumulate::specular(compiler),
             fit: self.signal.fit.clone(),
-            predict: predict::Predict::specular(device),
-            compose: compose::Compose::specular(device),
+            predict: predict::Predict::specular(compiler),
+            compose: compose::Compose::specular(compiler),
         })
     }
 
     /// What denoises radiance in one with hit distances; compiled by the first call.
-    pub(crate) fn reflections(&self, device: &wgpu::Device) -> &SignalPasses {
-        self.reflections.get_or_init(|| SignalPasses {
-            reproject: reproject::Reproject::with_reflections(device),
+    pub(crate) fn reflections(&self, device: &wgpu::Device) -> Result<&SignalPasses, DeviceError> {
+        self.variant(device, &self.reflections, |compiler| SignalPasses {
+            reproject: reproject::Reproject::with_reflections(compiler),
             innovation: self.signal.innovation.clone(),
             accumulate: self.signal.accumulate.clone(),
             fit: self.signal.fit.clone(),
             predict: self.signal.predict.clone(),
             compose: self.signal.compose.clone(),
         })
+    }
+
+    /// What failed to compile is not kept.
+    fn variant<'a>(
+        &'a self,
+        device: &wgpu::Device,
+        compiled: &'a OnceLock<SignalPasses>,
+        compile: impl FnOnce(Compiler<'_>) -> SignalPasses,
+    ) -> Result<&'a SignalPasses, DeviceError> {
+        if let Some(passes) = compiled.get() {
+            return Ok(passes);
+        }
+        let passes = catch(device, || compile(Compiler { device, cache: self.cache.as_ref() }))?;
+        Ok(compiled.get_or_init(|| passes))
     }
 }

@@ -1,6 +1,6 @@
 //! Predicts every pixel from the models that cover it. See `shaders/predict.wgsl`.
 
-use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder, SPECULAR};
+use crate::gpu::{Compiler, Kernel, KernelDescriptor, Kind, Recorder, SPECULAR};
 use wgpu::{BindingResource, Buffer, TextureFormat, TextureView};
 
 /// What the pass is made of.
@@ -34,13 +34,13 @@ pub struct Predict(Kernel);
 
 impl Predict {
     /// Compiles the pass.
-    pub fn new(device: &wgpu::Device) -> Self {
-        Self(Kernel::new(device, &DESCRIPTOR))
+    pub fn new<'a>(compiler: impl Into<Compiler<'a>>) -> Self {
+        Self(Kernel::new(compiler, &DESCRIPTOR))
     }
 
     /// Compiles the pass for the specular signal.
-    pub fn specular(device: &wgpu::Device) -> Self {
-        Self(Kernel::with(device, &DESCRIPTOR, SPECULAR))
+    pub fn specular<'a>(compiler: impl Into<Compiler<'a>>) -> Self {
+        Self(Kernel::with(compiler, &DESCRIPTOR, SPECULAR))
     }
 
     /// Records the pass over `extent` pixels.

@@ -1,6 +1,6 @@
 //! Fetches each pixel's history. See `shaders/reproject.wgsl`.
 
-use crate::gpu::{Kernel, KernelDescriptor, Kind, REFLECTIONS, Recorder, SPECULAR};
+use crate::gpu::{Compiler, Kernel, KernelDescriptor, Kind, REFLECTIONS, Recorder, SPECULAR};
 use wgpu::{BindingResource, Buffer, TextureFormat, TextureView};
 
 /// What the pass is made of.
@@ -12,6 +12,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("radiance", Kind::Texture),
         ("albedo", Kind::Texture),
         ("normal_roughness", Kind::Texture),
+        ("roughness", Kind::Texture),
         ("depth", Kind::Texture),
         ("motion", Kind::Texture),
         ("surface_id", Kind::TextureUint),
@@ -38,6 +39,7 @@ pub struct ReprojectViews<'a> {
     pub radiance: &'a TextureView,
     pub albedo: &'a TextureView,
     pub normal_roughness: &'a TextureView,
+    pub roughness: &'a TextureView,
     pub depth: &'a TextureView,
     pub motion: &'a TextureView,
     pub surface_id: &'a TextureView,
@@ -60,18 +62,18 @@ pub struct Reproject(Kernel);
 
 impl Reproject {
     /// Compiles the pass.
-    pub fn new(device: &wgpu::Device) -> Self {
-        Self(Kernel::new(device, &DESCRIPTOR))
+    pub fn new<'a>(compiler: impl Into<Compiler<'a>>) -> Self {
+        Self(Kernel::new(compiler, &DESCRIPTOR))
     }
 
     /// Compiles the pass for the specular signal.
-    pub fn specular(device: &wgpu::Device) -> Self {
-        Self(Kernel::with(device, &DESCRIPTOR, SPECULAR))
+    pub fn specular<'a>(compiler: impl Into<Compiler<'a>>) -> Self {
+        Self(Kernel::with(compiler, &DESCRIPTOR, SPECULAR))
     }
 
     /// Compiles the pass for radiance in one with hit distances.
-    pub fn with_reflections(device: &wgpu::Device) -> Self {
-        Self(Kernel::with(device, &DESCRIPTOR, REFLECTIONS))
+    pub fn with_reflections<'a>(compiler: impl Into<Compiler<'a>>) -> Self {
+        Self(Kernel::with(compiler, &DESCRIPTOR, REFLECTIONS))
     }
 
     /// Records the pass over `extent` pixels.
@@ -80,6 +82,7 @@ impl Reproject {
             BindingResource::TextureView(views.radiance),
             BindingResource::TextureView(views.albedo),
             BindingResource::TextureView(views.normal_roughness),
+            BindingResource::TextureView(views.roughness),
             BindingResource::TextureView(views.depth),
             BindingResource::TextureView(views.motion),
             BindingResource::TextureView(views.surface_id),

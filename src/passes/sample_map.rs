@@ -2,7 +2,7 @@
 //! `shaders/sample_map.wgsl`.
 
 use super::{sample_gains, sample_rate};
-use crate::gpu::{Kernel, KernelDescriptor, Kind, Recorder};
+use crate::gpu::{Compiler, Kernel, KernelDescriptor, Kind, Recorder};
 use wgpu::{BindingResource, Buffer, TextureFormat, TextureView};
 
 /// What shares out the samples.
@@ -44,11 +44,12 @@ pub struct SampleMap {
 
 impl SampleMap {
     /// Compiles the pass.
-    pub fn new(device: &wgpu::Device) -> Self {
+    pub fn new<'a>(compiler: impl Into<Compiler<'a>>) -> Self {
+        let compiler = compiler.into();
         Self {
-            count: Kernel::new(device, &sample_gains::DESCRIPTOR),
-            rate: Kernel::new(device, &sample_rate::DESCRIPTOR),
-            share: Kernel::new(device, &DESCRIPTOR),
+            count: Kernel::new(compiler, &sample_gains::DESCRIPTOR),
+            rate: Kernel::new(compiler, &sample_rate::DESCRIPTOR),
+            share: Kernel::new(compiler, &DESCRIPTOR),
         }
     }
 
@@ -63,9 +64,10 @@ impl SampleMap {
         let rate = self.rate.bind(recorder, &[histogram]);
         resources.push(samples);
         let share = self.share.bind(recorder, &resources);
-        let mut pass = recorder.begin_pass(DESCRIPTOR.name);
-        self.count.dispatch(&mut pass, &count, extent);
-        self.rate.dispatch(&mut pass, &rate, [1, 1]);
-        self.share.dispatch(&mut pass, &share, extent);
+        recorder.pass(DESCRIPTOR.name, |pass| {
+            self.count.dispatch(pass, &count, extent);
+            self.rate.dispatch(pass, &rate, [1, 1]);
+            self.share.dispatch(pass, &share, extent);
+        });
     }
 }

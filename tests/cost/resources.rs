@@ -1,6 +1,6 @@
 //! What real denoisers hold, at the sizes that the budget names.
 
-use quell::{Camera, Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode, Pipelines, Settings};
+use quell::{Camera, Denoiser, DenoiserDescriptor, FrameInputs, Pipelines, RequiredInputs, Settings};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use wgpu::TextureFormat;
@@ -30,13 +30,13 @@ pub fn held() -> [Held; 2] {
     let adapter =
         adapters.first().expect("no adapter: `apt-get install mesa-vulkan-drivers` gives one on the CPU");
     let (device, queue) = pollster::block_on(adapter.request_device(&Default::default())).unwrap();
-    let pipelines = Arc::new(Pipelines::new(&device));
+    let pipelines = Arc::new(Pipelines::new(&device).unwrap());
     SIZES.map(|[width, height]| {
-        let descriptor = DenoiserDescriptor { width, height };
+        let descriptor = DenoiserDescriptor::new(width, height);
         let mut denoiser = Denoiser::with_pipelines(&device, &descriptor, pipelines.clone()).unwrap();
-        let combined = denoiser.memory().iter().map(|resource| resource.name).collect();
+        let combined = denoiser.memory().allocations().map(|resource| resource.name).collect();
         record_split(&mut denoiser, &device, &queue);
-        let all = denoiser.memory().into_iter().map(|resource| (resource.name, resource.bytes)).collect();
+        let all = denoiser.memory().allocations().map(|resource| (resource.name, resource.bytes)).collect();
         Held { all, combined }
     })
 }
@@ -47,30 +47,17 @@ fn record_split(denoiser: &mut Denoiser, device: &wgpu::Device, queue: &wgpu::Qu
     let image = |format| quell::gpu::image(device, "cost", size, format);
     let [radiance, depth] = [TextureFormat::Rgba16Float, TextureFormat::R32Float].map(image);
     let [specular, output] = [TextureFormat::Rgba16Float; 2].map(image);
-    let inputs = FrameInputs {
+    let clip_from_view = glam::camera::rh::proj::directx::perspective(1.0, 1.5, 0.1, 100.0);
+    let inputs = FrameInputs::new(RequiredInputs {
         radiance: &radiance,
         albedo: &radiance,
         normal_roughness: &radiance,
         depth: &depth,
         motion: &radiance,
-        surface_id: None,
-        emission: None,
-        sample_count: None,
-        specular: Some(&specular),
-        specular_albedo: None,
-        hit_distance: None,
-        camera: Camera {
-            view_from_world: glam::Mat4::IDENTITY,
-            clip_from_view: glam::camera::rh::proj::directx::perspective(1.0, 1.5, 0.1, 100.0),
-            jitter_px: glam::Vec2::ZERO,
-        },
-        history: HistoryMode::Continue,
         output: &output,
-        debug: None,
-        sample_map: None,
-        timestamps: None,
-        measured_ms: None,
-    };
+        camera: Camera::new(glam::Mat4::IDENTITY, clip_from_view),
+    })
+    .with_specular(&specular);
     let mut encoder = device.create_command_encoder(&Default::default());
     denoiser.encode(device, queue, &mut encoder, &inputs, &Settings::default()).unwrap();
 }

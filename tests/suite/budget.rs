@@ -8,8 +8,8 @@ use crate::statistics::wait_for;
 use glam::Vec3;
 use quell::layout::{LEVEL_STRIDES, count, tiles};
 use quell::{
-    Budget, Centres, DebugView, Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode, Notice, Settings,
-    Statistics,
+    Budget, Centres, DebugView, Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode, Notice,
+    RequiredInputs, Settings, Statistics,
 };
 use wgpu::TextureFormat as Format;
 
@@ -17,7 +17,7 @@ const SIZE: [u32; 2] = [90, 61];
 const EYE: Vec3 = Vec3::new(0.0, 1.4, 1.0);
 
 fn with(budget: Budget) -> Settings {
-    Settings { budget, ..Settings::default() }
+    Settings::default().with_budget(budget)
 }
 
 /// Models of the coarsest level in a frame without sky.
@@ -53,7 +53,7 @@ fn no_more_models_are_fitted_than_allowed() {
     }
     assert!(fitted.is_sorted() && fitted[4] > 40, "more where more are allowed: {fitted:?}");
     // Uniform centres are fitted all.
-    let uniform = Settings { centres: Centres::Uniform(1), ..with(Budget::Models(0)) };
+    let uniform = with(Budget::Models(0)).with_centres(Centres::Uniform(1));
     let found = statistics(&mut denoiser(SIZE), &frames[..1], &uniform)[0];
     assert_eq!((found.models(), found.model_limit), (count(tiles(SIZE)) as u32, None));
 }
@@ -64,10 +64,8 @@ fn every_pixel_is_predicted_without_any_finer_model() {
         let frame = frame(size, EYE, EYE, 1);
         let images = frame.upload();
         let coverage = blank(size, Format::Rgba16Float);
-        let inputs = FrameInputs {
-            debug: Some((DebugView::Coverage, &coverage)),
-            ..images.inputs(frame.camera, HistoryMode::Continue)
-        };
+        let inputs =
+            images.inputs(frame.camera, HistoryMode::Continue).with_debug((DebugView::Coverage, &coverage));
         submit(&mut denoiser(size), &inputs, &with(Budget::Models(0)));
         let covered = read_output(&coverage);
         let holes =
@@ -137,7 +135,7 @@ fn paced(quell: &mut Denoiser, frames: u32, target_ms: f32, measured: bool) -> (
     let (mut limits, mut notices) = (vec![], vec![]);
     let mut measured_ms = None;
     for i in 0..frames {
-        let inputs = FrameInputs { measured_ms, ..images.inputs(frame.camera, HistoryMode::Continue) };
+        let inputs = images.inputs(frame.camera, HistoryMode::Continue).with_measured_ms(measured_ms);
         let mut encoder = gpu().device.create_command_encoder(&Default::default());
         let settings = with(Budget::Milliseconds(target_ms));
         let outputs = quell.encode(&gpu().device, &gpu().queue, &mut encoder, &inputs, &settings).unwrap();
@@ -170,7 +168,7 @@ fn without_times_the_limit_is_held_and_that_is_said_once() {
     assert!(limits.iter().all(|&limit| limit == held), "{limits:?}, expected {held}");
     assert_eq!(notices, [Notice::NoTimestamps]);
     let [width, height] = SIZE;
-    quell.resize(&gpu().device, &DenoiserDescriptor { width, height }).unwrap();
+    quell.resize(&gpu().device, &DenoiserDescriptor::new(width, height)).unwrap();
     assert_eq!(paced(&mut quell, 20, 2.0, false).1, [], "not again after a resize");
 }
 
@@ -191,7 +189,7 @@ fn own_timestamps_set_the_limit() {
     )
     .unwrap();
     let [width, height] = SIZE;
-    let mut quell = Denoiser::new(&device, &DenoiserDescriptor { width, height }).unwrap();
+    let mut quell = Denoiser::new(&device, &DenoiserDescriptor::new(width, height)).unwrap();
     // All of it sky: no models, but times all the same.
     let image = |format, usage| {
         let texture = device.create_texture(&wgpu::TextureDescriptor {
@@ -215,35 +213,24 @@ fn own_timestamps_set_the_limit() {
         sampled(Format::Rg16Float),
     );
     let output = image(Format::Rgba16Float, wgpu::TextureUsages::STORAGE_BINDING);
-    let good = FrameInputs {
+    let good = FrameInputs::new(RequiredInputs {
         radiance: &radiance,
         albedo: &albedo,
         normal_roughness: &normal_roughness,
         depth: &depth,
         motion: &motion,
-        surface_id: None,
-        emission: None,
-        sample_count: None,
-        specular: None,
-        specular_albedo: None,
-        hit_distance: None,
-        camera: camera(EYE, SIZE),
-        history: HistoryMode::Continue,
         output: &output,
-        debug: None,
-        sample_map: None,
-        timestamps: None,
-        measured_ms: None,
-    };
+        camera: camera(EYE, SIZE),
+    });
     let queries = device.create_query_set(&wgpu::QuerySetDescriptor {
         label: None,
         ty: wgpu::QueryType::Timestamp,
         count: 2 * quell::PASSES.len() as u32,
     });
+    let timestamps = quell::Timestamps { query_set: &queries, first_query: 0 };
     for i in 0..40 {
         // The caller's own timestamps are no hindrance.
-        let timestamps = (i % 2 == 0).then_some(quell::Timestamps { query_set: &queries, first_query: 0 });
-        let inputs = FrameInputs { timestamps, ..good };
+        let inputs = good.with_profiler((i % 2 == 0).then_some(&timestamps as &dyn quell::PassProfiler));
         let mut encoder = device.create_command_encoder(&Default::default());
         // Less than any frame takes.
         let settings = with(Budget::Milliseconds(1e-6));

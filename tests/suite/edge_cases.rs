@@ -1,11 +1,13 @@
 //! What real applications do to a denoiser: odd sizes, broken pixels, cuts, resizes, wrong images.
 
 use crate::gpu::{blank, gpu, upload};
-use crate::sequence::{Frame, denoise, denoiser, frame, jittered_frame, psnr, read_output, submit, walk};
+use crate::sequence::{
+    Frame, denoise, denoiser, frame, jittered_frame, psnr, read_output, submit, walk, with,
+};
 use glam::{Mat4, Vec2, Vec3, camera::rh};
 use quell::{
-    Budget, Camera, Centres, CreateError, DebugView, Denoiser, DenoiserDescriptor, FrameError, FrameInputs,
-    HistoryMode, Settings, Windows,
+    Budget, Camera, Centres, Conventions, CreateError, DebugView, Denoiser, DenoiserDescriptor, FrameError,
+    FrameInputs, HistoryMode, MotionUnit, Settings, Windows,
 };
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use wgpu::TextureFormat as Format;
@@ -39,7 +41,11 @@ fn all_ways_to_place_and_fit_models_work_at_odd_sizes() {
             let mut quell = denoiser(size);
             let innovation = i % 2 == 0;
             let firefly_limit = if i % 3 == 0 { 3.0 } else { f32::INFINITY };
-            let settings = Settings { windows, centres, innovation, firefly_limit, ..Settings::default() };
+            let settings = Settings::default()
+                .with_windows(windows)
+                .with_centres(centres)
+                .with_innovation(innovation)
+                .with_firefly_limit(firefly_limit);
             let frames = walk(size, 3, Vec3::new(0.02, 0.0, 0.0), 3);
             let (mut last, mut truth) = (vec![], vec![]);
             for frame in frames {
@@ -56,14 +62,14 @@ fn all_ways_to_place_and_fit_models_work_at_odd_sizes() {
 #[test]
 fn an_empty_size_is_refused() {
     for (width, height) in [(0, 0), (0, 5), (5, 0)] {
-        let error = Denoiser::new(&gpu().device, &DenoiserDescriptor { width, height }).unwrap_err();
+        let error = Denoiser::new(&gpu().device, &DenoiserDescriptor::new(width, height)).unwrap_err();
         assert_eq!(error, CreateError::EmptySize { width, height });
     }
 }
 
 #[test]
 fn a_size_beyond_the_device_names_limit_need_and_what_there_is() {
-    let descriptor = DenoiserDescriptor { width: 20_000, height: 4 };
+    let descriptor = DenoiserDescriptor::new(20_000, 4);
     let message = Denoiser::new(&gpu().device, &descriptor).unwrap_err().to_string();
     for part in ["max_texture_dimension_2d", "8192", "20000"] {
         assert!(message.contains(part), "{message}");
@@ -72,7 +78,7 @@ fn a_size_beyond_the_device_names_limit_need_and_what_there_is() {
 
 #[test]
 fn the_largest_promised_size_fits_default_limits() {
-    assert!(Denoiser::new(&gpu().device, &DenoiserDescriptor { width: 3840, height: 2160 }).is_ok());
+    assert!(Denoiser::new(&gpu().device, &DenoiserDescriptor::new(3840, 2160)).is_ok());
 }
 
 /// NaN, infinite and negative radiance are repaired and never poison history.
@@ -130,7 +136,7 @@ fn a_frame_of_misses_passes_through() {
         }
     }
     // `far` makes a miss as well, and the image recovers after it.
-    let near = Settings { far: 0.5, ..Settings::default() };
+    let near = Settings::default().with_far(0.5);
     assert_sound(&denoise(&mut quell, &frame(SIZE, EYE, EYE, 2), &near));
     let truth = frame(SIZE, EYE, EYE, 3);
     assert!(psnr(&denoise(&mut quell, &truth, &Settings::default()), &truth.truth) > 25.0);
@@ -184,7 +190,7 @@ fn pixels_far_from_any_sample_are_predicted() {
     let mut random = StdRng::seed_from_u64(7);
     sparse.samples.iter_mut().for_each(|samples| *samples = random.random_bool(0.01).into());
     let black = |windows| {
-        let settings = Settings { windows, ..Settings::default() };
+        let settings = Settings::default().with_windows(windows);
         let output = denoise(&mut denoiser(size), &sparse, &settings);
         output.iter().filter(|colour| colour[1] == 0.0).count()
     };
@@ -200,11 +206,8 @@ fn optional_images_may_be_missing() {
     let frame = frame(SIZE, EYE, EYE, 1);
     let images = frame.upload();
     let mut quell = denoiser(SIZE);
-    let inputs = FrameInputs {
-        surface_id: None,
-        sample_count: None,
-        ..images.inputs(frame.camera, HistoryMode::Continue)
-    };
+    let inputs =
+        images.inputs(frame.camera, HistoryMode::Continue).with_surface_id(None).with_sample_count(None);
     submit(&mut quell, &inputs, &Settings::default());
     assert!(psnr(&read_output(&images.output), &frame.truth) > 25.0);
 }
@@ -213,13 +216,12 @@ fn optional_images_may_be_missing() {
 /// innovation takes from it is left out: these tests are about where history is looked for.
 fn history_kept(quell: &mut Denoiser, frames: &[Frame]) -> f32 {
     let lengths = blank(frames[0].size, Format::Rgba16Float);
-    let settings = Settings { max_history: frames.len() as f32, innovation: false, ..Settings::default() };
+    let settings = Settings::default().with_max_history(frames.len() as f32).with_innovation(false);
     for frame in frames {
         let images = frame.upload();
-        let inputs = FrameInputs {
-            debug: Some((DebugView::HistoryLength, &lengths)),
-            ..images.inputs(frame.camera, HistoryMode::Continue)
-        };
+        let inputs = images
+            .inputs(frame.camera, HistoryMode::Continue)
+            .with_debug((DebugView::HistoryLength, &lengths));
         submit(quell, &inputs, &settings);
     }
     let last = frames.last().unwrap();
@@ -299,10 +301,10 @@ fn every_format_of_the_contract_works() {
     (0..4).for_each(|_| submit(&mut reference, &good, &Settings::default()));
     let expected = read_output(&images.output);
     let variants = [
-        FrameInputs { albedo: &albedo_srgb, ..good },
-        FrameInputs { albedo: &albedo, radiance: &radiance, ..good },
-        FrameInputs { normal_roughness: &normal, motion: &motion, ..good },
-        FrameInputs { motion: &with_depth, sample_count: Some(&samples), ..good },
+        with(good, |i| i.albedo = &albedo_srgb),
+        with(good, |i| (i.albedo, i.radiance) = (&albedo, &radiance)),
+        with(good, |i| (i.normal_roughness, i.motion) = (&normal, &motion)),
+        with(good, |i| i.motion = &with_depth).with_sample_count(&samples),
     ];
     for (i, inputs) in variants.iter().enumerate() {
         let mut quell = denoiser(SIZE);
@@ -323,8 +325,7 @@ fn emission_is_kept_sharp() {
     (0..3).for_each(|c| frame.radiance[lamp][c] += 50.0);
     let images = frame.upload();
     let emission = crate::gpu::upload(SIZE, Format::Rgba16Float, &emission);
-    let inputs =
-        FrameInputs { emission: Some(&emission), ..images.inputs(frame.camera, HistoryMode::Continue) };
+    let inputs = images.inputs(frame.camera, HistoryMode::Continue).with_emission(&emission);
     let mut quell = denoiser(SIZE);
     submit(&mut quell, &inputs, &Settings::default());
     let output = read_output(&images.output);
@@ -358,13 +359,13 @@ fn resizing_up_and_down_starts_anew_at_the_new_size() {
         let before = frame(quell.size(), EYE, EYE, 1);
         denoise(&mut quell, &before, &Settings::default());
         let [width, height] = size;
-        quell.resize(&gpu().device, &DenoiserDescriptor { width, height }).unwrap();
+        quell.resize(&gpu().device, &DenoiserDescriptor::new(width, height)).unwrap();
         let next = frame(size, EYE, EYE, 2);
         let output = denoise(&mut quell, &next, &Settings::default());
         assert!(psnr(&output, &next.truth) > 25.0, "{size:?}");
     }
     let before = quell.size();
-    assert!(quell.resize(&gpu().device, &DenoiserDescriptor { width: 0, height: 1 }).is_err());
+    assert!(quell.resize(&gpu().device, &DenoiserDescriptor::new(0, 1)).is_err());
     assert_eq!(quell.size(), before);
 }
 
@@ -375,7 +376,7 @@ fn two_denoisers_share_pipelines_and_nothing_else() {
     let (mut left, mut alone) = (denoiser(SIZE), denoiser(SIZE));
     let [width, height] = [40, 40];
     let mut right =
-        Denoiser::with_pipelines(device, &DenoiserDescriptor { width, height }, left.pipelines()).unwrap();
+        Denoiser::with_pipelines(device, &DenoiserDescriptor::new(width, height), left.pipelines()).unwrap();
     for (seed, frame) in walk(SIZE, 4, Vec3::new(0.02, 0.0, 0.0), 3).enumerate() {
         let shared = denoise(&mut left, &frame, &Settings::default());
         denoise(&mut right, &crate::sequence::frame([40, 40], EYE, EYE, seed as u64), &Settings::default());
@@ -432,11 +433,11 @@ fn wrong_images_are_named_and_history_stays() {
         })
         .create_view(&Default::default());
     let cases = [
-        (FrameInputs { depth: &small, ..good }, ["`depth`", "32x48", "64x48"]),
-        (FrameInputs { albedo: &wrong_format, ..good }, ["`albedo`", "R32Float", "Rgba16Float"]),
-        (FrameInputs { surface_id: Some(&wrong_format), ..good }, ["`surface_id`", "R32Float", "R32Uint"]),
-        (FrameInputs { output: &unstorable, ..good }, ["`output`", "STORAGE_BINDING", "TEXTURE_BINDING"]),
-        (FrameInputs { output: &images.albedo, ..good }, ["`output`", "`albedo`", "same texture"]),
+        (with(good, |i| i.depth = &small), ["`depth`", "32x48", "64x48"]),
+        (with(good, |i| i.albedo = &wrong_format), ["`albedo`", "R32Float", "Rgba16Float"]),
+        (good.with_surface_id(&wrong_format), ["`surface_id`", "R32Float", "R32Uint"]),
+        (with(good, |i| i.output = &unstorable), ["`output`", "STORAGE_BINDING", "TEXTURE_BINDING"]),
+        (with(good, |i| i.output = &images.albedo), ["`output`", "`albedo`", "same texture"]),
     ];
     for (inputs, parts) in &cases {
         let message = refusal(&mut quell, inputs, &Settings::default()).to_string();
@@ -457,41 +458,43 @@ fn wrong_settings_and_cameras_are_named() {
     let images = frame.upload();
     let good = images.inputs(frame.camera, HistoryMode::Continue);
     let mut quell = denoiser(SIZE);
+    let conventions = Conventions::default().with_motion_unit(MotionUnit::Scaled([f32::NAN, 1.0]));
+    let scaled = Settings::default().with_conventions(conventions);
     let settings = [
-        (Settings { max_history: 0.0, ..Settings::default() }, "max_history"),
-        (Settings { max_history: f32::NAN, ..Settings::default() }, "max_history"),
-        (Settings { windows: Windows::Fixed(0), ..Settings::default() }, "windows"),
-        (Settings { windows: Windows::Fixed(4), ..Settings::default() }, "windows"),
-        (Settings { centres: Centres::Uniform(0), ..Settings::default() }, "centres"),
-        (Settings { centres: Centres::Uniform(3), ..Settings::default() }, "centres"),
-        (Settings { firefly_limit: 0.0, ..Settings::default() }, "firefly_limit"),
-        (Settings { firefly_limit: f32::NAN, ..Settings::default() }, "firefly_limit"),
-        (Settings { far: -1.0, ..Settings::default() }, "far"),
-        (Settings { motion_scale: [f32::NAN, 1.0], ..Settings::default() }, "motion_scale"),
-        (Settings { budget: Budget::Milliseconds(0.0), ..Settings::default() }, "budget"),
-        (Settings { budget: Budget::Milliseconds(f32::INFINITY), ..Settings::default() }, "budget"),
+        (Settings::default().with_max_history(0.0), "max_history"),
+        (Settings::default().with_max_history(f32::NAN), "max_history"),
+        (Settings::default().with_windows(Windows::Fixed(0)), "windows"),
+        (Settings::default().with_windows(Windows::Fixed(4)), "windows"),
+        (Settings::default().with_centres(Centres::Uniform(0)), "centres"),
+        (Settings::default().with_centres(Centres::Uniform(3)), "centres"),
+        (Settings::default().with_firefly_limit(0.0), "firefly_limit"),
+        (Settings::default().with_firefly_limit(f32::NAN), "firefly_limit"),
+        (Settings::default().with_far(-1.0), "far"),
+        (scaled, "conventions.motion_unit"),
+        (Settings::default().with_budget(Budget::Milliseconds(0.0)), "budget"),
+        (Settings::default().with_budget(Budget::Milliseconds(f32::INFINITY)), "budget"),
     ];
     for (settings, name) in settings {
         let message = refusal(&mut quell, &good, &settings).to_string();
         assert!(message.contains(&format!("`{name}`")), "{message}");
     }
     for measured_ms in [f32::NAN, f32::INFINITY, -1.0] {
-        let inputs = FrameInputs { measured_ms: Some(measured_ms), ..good };
+        let inputs = good.with_measured_ms(measured_ms);
         let message = refusal(&mut quell, &inputs, &Settings::default()).to_string();
         assert!(message.contains("`measured_ms`"), "{message}");
     }
     let mut cameras = [frame.camera; 6];
     cameras[4].view_from_world = cameras[4].view_from_world.transpose();
-    cameras[5].view_from_world = Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0)) * cameras[5].view_from_world;
+    // Left-handed, without saying so.
+    cameras[5].clip_from_view.z_axis *= -1.0;
     cameras[0].view_from_world *= 2.0;
     cameras[1].clip_from_view = Mat4::ZERO;
     cameras[2].clip_from_view.x_axis.x = f32::NAN;
     cameras[3].jitter_px = Vec2::NAN;
-    let view = "view_from_world";
-    for (camera, name) in
-        cameras.into_iter().zip([view, "clip_from_view", "clip_from_view", "jitter_px", view, view])
-    {
-        let message = refusal(&mut quell, &FrameInputs { camera, ..good }, &Settings::default()).to_string();
+    let (view, clip) = ("view_from_world", "clip_from_view");
+    for (camera, name) in cameras.into_iter().zip([view, clip, clip, "jitter_px", view, "handedness"]) {
+        let message =
+            refusal(&mut quell, &with(good, |i| i.camera = camera), &Settings::default()).to_string();
         assert!(message.contains(name), "{message}");
     }
 }

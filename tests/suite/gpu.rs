@@ -48,6 +48,95 @@ pub fn upload<T: bytemuck::Pod>(
     texture.create_view(&Default::default())
 }
 
+/// A buffer of depth, which only drawing can fill.
+pub fn depth_buffer(size: [u32; 2], format: wgpu::TextureFormat, texels: &[f32]) -> wgpu::TextureView {
+    const SHADER: &str = "
+        @group(0) @binding(0) var texels: texture_2d<f32>;
+        @vertex fn corner(@builtin(vertex_index) i: u32) -> @builtin(position) vec4<f32> {
+            return vec4(4.0 * f32(i % 2u) - 1.0, 4.0 * f32(i / 2u) - 1.0, 0.0, 1.0);
+        }
+        @fragment fn depth(@builtin(position) at: vec4<f32>) -> @builtin(frag_depth) f32 {
+            return textureLoad(texels, vec2<u32>(at.xy), 0).x;
+        }";
+    let Gpu { device, queue } = gpu();
+    let source = upload(size, wgpu::TextureFormat::R32Float, texels);
+    let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
+    let depth = device
+        .create_texture(&wgpu::TextureDescriptor { usage, ..descriptor(size, format) })
+        .create_view(&Default::default());
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: None,
+        source: wgpu::ShaderSource::Wgsl(SHADER.into()),
+    });
+    let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: None,
+        entries: &[wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::FRAGMENT,
+            ty: wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
+            count: None,
+        }],
+    });
+    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        bind_group_layouts: &[Some(&layout)],
+        ..Default::default()
+    });
+    let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: None,
+        layout: Some(&pipeline_layout),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: None,
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: Default::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Always),
+            stencil: Default::default(),
+            bias: Default::default(),
+        }),
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: None,
+            compilation_options: Default::default(),
+            targets: &[],
+        }),
+        multiview_mask: None,
+        cache: None,
+    });
+    let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &layout,
+        entries: &[wgpu::BindGroupEntry {
+            binding: 0,
+            resource: wgpu::BindingResource::TextureView(&source),
+        }],
+    });
+    let mut encoder = device.create_command_encoder(&Default::default());
+    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: &depth,
+            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
+            stencil_ops: None,
+        }),
+        ..Default::default()
+    });
+    pass.set_pipeline(&pipeline);
+    pass.set_bind_group(0, &group, &[]);
+    pass.draw(0..3, 0..1);
+    drop(pass);
+    queue.submit([encoder.finish()]);
+    depth
+}
+
 /// An image of zeros.
 pub fn blank(size: [u32; 2], format: wgpu::TextureFormat) -> wgpu::TextureView {
     gpu().device.create_texture(&descriptor(size, format)).create_view(&Default::default())

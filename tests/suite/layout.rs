@@ -25,18 +25,7 @@ macro_rules! mirror {
 #[test]
 fn frame_uniforms_match_the_wgsl() {
     let module = reflect("frame numbers");
-    let view = mirror!(
-        ViewUniforms,
-        view_from_world,
-        scale,
-        shift,
-        offset,
-        jitter,
-        perspective,
-        pad_0,
-        pad_1,
-        pad_2
-    );
+    let view = mirror!(ViewUniforms, view_from_world, scale, shift, offset, jitter, perspective, pad_0, size);
     let frame = mirror!(
         FrameUniforms,
         size,
@@ -52,6 +41,9 @@ fn frame_uniforms_match_the_wgsl() {
         far,
         sample_budget,
         dark_level,
+        origin,
+        motion_offset,
+        unprojection,
         levels,
         eye_delta,
         model_limit,
@@ -105,6 +97,15 @@ fn constants_match_the_wgsl() {
         ("FLAG_SPLIT", flags::SPLIT),
         ("FLAG_SPECULAR_ALBEDO", flags::SPECULAR_ALBEDO),
         ("FLAG_HIT_DISTANCE", flags::HIT_DISTANCE),
+        ("FLAG_ROUGHNESS", flags::ROUGHNESS),
+        ("FLAG_DEPTH_HARDWARE", flags::DEPTH_HARDWARE),
+        ("FLAG_DEPTH_REVERSED", flags::DEPTH_REVERSED),
+        ("FLAG_DEPTH_DISTANCE", flags::DEPTH_DISTANCE),
+        ("FLAG_MOTION_FROM_PREVIOUS", flags::MOTION_FROM_PREVIOUS),
+        ("FLAG_NORMAL_UNSIGNED", flags::NORMAL_UNSIGNED),
+        ("FLAG_NORMAL_OCTAHEDRAL", flags::NORMAL_OCTAHEDRAL),
+        ("FLAG_NORMAL_VIEW", flags::NORMAL_VIEW),
+        ("FLAG_NORMAL_MIRRORED", flags::NORMAL_MIRRORED),
     ];
     for (name, value) in expected {
         assert_eq!(constant(&module, name), value, "{name}");

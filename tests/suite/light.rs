@@ -9,7 +9,7 @@ const SMALL: [u32; 2] = [96, 54];
 const EYE: Vec3 = Vec3::new(0.0, 1.4, 1.0);
 
 fn with(innovation: bool) -> Settings {
-    Settings { innovation, ..Settings::default() }
+    Settings::default().with_innovation(innovation)
 }
 
 /// Quality of each frame of a sequence, in dB.
@@ -76,7 +76,7 @@ fn flicker(settings: &Settings, warm_up: u64, frames: u64) -> f64 {
 #[test]
 fn constant_light_flickers_no_more_with_innovation() {
     for max_history in [32.0, 1024.0] {
-        let of = |settings| flicker(&Settings { max_history, ..settings }, 40, 32);
+        let of = |settings: Settings| flicker(&settings.with_max_history(max_history), 40, 32);
         let ratio = of(with(true)) / of(with(false));
         println!("temporal variance with innovation over that without, history of {max_history}: {ratio:.3}");
         assert!(ratio <= 1.1, "history of {max_history}: {ratio}");
@@ -91,7 +91,7 @@ fn innovation_does_not_stop_convergence() {
         let mut at = vec![];
         for i in 0..128 {
             let frame = frame(SMALL, EYE, EYE, 5000 + i);
-            let settings = Settings { max_history: 1024.0, ..settings };
+            let settings = settings.with_max_history(1024.0);
             let output = denoise(&mut quell, &frame, &settings);
             if [0, 7, 31, 127].contains(&i) {
                 at.push(psnr(&output, &frame.truth));
@@ -113,7 +113,7 @@ fn distance(a: &[[f32; 3]], b: &[[f32; 3]]) -> f32 {
 /// Settings with the limit of the defaults, and without.
 fn limits() -> [Settings; 2] {
     [Settings::default().firefly_limit, f32::INFINITY]
-        .map(|firefly_limit| Settings { firefly_limit, ..Settings::default() })
+        .map(|firefly_limit| Settings::default().with_firefly_limit(firefly_limit))
 }
 
 #[test]

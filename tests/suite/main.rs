@@ -1,6 +1,7 @@
 //! The library's test suite: one binary, on the CPU adapter where there is one.
 
 mod budget;
+mod conventions;
 mod edge_cases;
 mod gpu;
 mod layout;
@@ -13,3 +14,4 @@ mod shaders;
 mod split;
 mod statistics;
 mod twins;
+mod viewport;

@@ -3,7 +3,7 @@
 use crate::gpu::{blank, gpu};
 use crate::sequence::{Frame, denoiser, frame, psnr, read_output, submit, walk};
 use glam::Vec3;
-use quell::{DebugView, Denoiser, FrameInputs, HistoryMode, Settings};
+use quell::{DebugView, Denoiser, HistoryMode, Settings};
 
 const SIZE: [u32; 2] = [192, 108];
 const WARM_UP: usize = 4;
@@ -16,10 +16,8 @@ fn denoise_and_accumulate(
 ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
     let images = frame.upload();
     let mean = blank(SIZE, wgpu::TextureFormat::Rgba16Float);
-    let inputs = FrameInputs {
-        debug: Some((DebugView::TemporalMean, &mean)),
-        ..images.inputs(frame.camera, HistoryMode::Continue)
-    };
+    let inputs =
+        images.inputs(frame.camera, HistoryMode::Continue).with_debug((DebugView::TemporalMean, &mean));
     submit(quell, &inputs, settings);
     let accumulated = read_output(&mean).into_iter().enumerate().map(|(i, mean)| {
         let hit = frame.depth[i].is_finite();
@@ -62,7 +60,7 @@ fn a_walk_is_better_than_plain_accumulation_everywhere() {
 #[test]
 fn a_still_view_converges() {
     let mut quell = denoiser(SIZE);
-    let settings = Settings { max_history: 1024.0, ..Settings::default() };
+    let settings = Settings::default().with_max_history(1024.0);
     let eye = Vec3::new(0.0, 1.4, 1.0);
     let mut at = vec![];
     for i in 0..128 {
@@ -108,7 +106,7 @@ fn more_samples_per_pixel_are_better() {
 #[test]
 fn a_history_of_one_is_a_frame_on_its_own() {
     let mut quell = denoiser(SIZE);
-    let settings = Settings { max_history: 1.0, ..Settings::default() };
+    let settings = Settings::default().with_max_history(1.0);
     let eye = Vec3::new(0.0, 1.4, 1.0);
     let quality: Vec<f64> = (0..10)
         .map(|seed| {
@@ -145,7 +143,7 @@ fn a_checkerboard_of_samples_is_denoised_as_well_as_half_the_frames() {
 /// the models do not know.
 #[test]
 fn few_samples_are_not_mistaken_for_detail() {
-    let alone = Settings { mix_temporal_mean: false, ..Settings::default() };
+    let alone = Settings::default().with_mix_temporal_mean(false);
     let (mut mixed, mut models) = (denoiser(SIZE), denoiser(SIZE));
     let mut last = (0.0, 0.0);
     for (i, mut sparse) in walk(SIZE, 24, Vec3::new(0.013, 0.0, -0.01), 300).enumerate() {

@@ -3,7 +3,7 @@
 use crate::gpu::{blank, download};
 use crate::sequence::{Frame, denoiser, frame, read_output, submit, walk};
 use glam::Vec3;
-use quell::{DebugView, Denoiser, FrameError, FrameInputs, HistoryMode, SampleMap, Settings};
+use quell::{DebugView, Denoiser, FrameError, HistoryMode, SampleMap, Settings};
 use wgpu::TextureFormat as Format;
 
 const SIZE: [u32; 2] = [190, 125];
@@ -15,7 +15,7 @@ fn asked(quell: &mut Denoiser, frame: &Frame, samples_per_pixel: f32) -> Vec<u32
     let images = frame.upload();
     let view = &blank(SIZE, Format::R32Uint);
     let sample_map = Some(SampleMap { view, samples_per_pixel, dark_level: DARK_LEVEL });
-    let inputs = FrameInputs { sample_map, ..images.inputs(frame.camera, HistoryMode::Continue) };
+    let inputs = images.inputs(frame.camera, HistoryMode::Continue).with_sample_map(sample_map);
     submit(quell, &inputs, &Settings::default());
     download(view)
 }
@@ -146,10 +146,8 @@ fn the_expected_error_follows_the_true_one() {
     for (i, frame) in walk(SIZE, 20, Vec3::new(0.013, 0.0, -0.01), 7).enumerate() {
         let images = frame.upload();
         let debug = &blank(SIZE, Format::Rgba16Float);
-        let inputs = FrameInputs {
-            debug: Some((DebugView::OutputError, debug)),
-            ..images.inputs(frame.camera, HistoryMode::Continue)
-        };
+        let inputs =
+            images.inputs(frame.camera, HistoryMode::Continue).with_debug((DebugView::OutputError, debug));
         submit(&mut quell, &inputs, &Settings::default());
         if i < 8 {
             continue;
@@ -200,7 +198,7 @@ fn wrong_requests_are_named() {
     let gpu = crate::gpu::gpu();
     let mut refusal = |sample_map| -> Result<_, FrameError> {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let inputs = FrameInputs { sample_map: Some(sample_map), ..good };
+        let inputs = good.with_sample_map(sample_map);
         quell.encode(&gpu.device, &gpu.queue, &mut encoder, &inputs, &Settings::default())
     };
     for (map, parts) in cases {

@@ -2,7 +2,7 @@
 
 use crate::gpu::{blank, download, gpu, upload};
 use glam::{Vec2, Vec3, camera::rh};
-use quell::{Camera, Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode, Settings};
+use quell::{Camera, Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode, RequiredInputs, Settings};
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use wgpu::TextureFormat as Format;
 
@@ -63,27 +63,27 @@ impl Frame {
 
 impl Images {
     pub fn inputs(&self, camera: Camera, history: HistoryMode) -> FrameInputs<'_> {
-        FrameInputs {
+        FrameInputs::new(RequiredInputs {
             radiance: &self.radiance,
             albedo: &self.albedo,
             normal_roughness: &self.normal,
             depth: &self.depth,
             motion: &self.motion,
-            surface_id: Some(&self.id),
-            emission: None,
-            sample_count: Some(&self.samples),
-            specular: self.specular.as_ref(),
-            specular_albedo: None,
-            hit_distance: self.hit_distance.as_ref(),
-            camera,
-            history,
             output: &self.output,
-            debug: None,
-            sample_map: None,
-            timestamps: None,
-            measured_ms: None,
-        }
+            camera,
+        })
+        .with_history(history)
+        .with_surface_id(&self.id)
+        .with_sample_count(&self.samples)
+        .with_specular(self.specular.as_ref())
+        .with_hit_distance(self.hit_distance.as_ref())
     }
+}
+
+/// Changes what a constructor has set.
+pub fn with<'a>(mut inputs: FrameInputs<'a>, change: impl FnOnce(&mut FrameInputs<'a>)) -> FrameInputs<'a> {
+    change(&mut inputs);
+    inputs
 }
 
 fn given<T>(texels: &[T]) -> Option<&[T]> {
@@ -111,7 +111,7 @@ pub fn read_output(output: &wgpu::TextureView) -> Vec<[f32; 3]> {
 
 pub fn denoiser(size: [u32; 2]) -> Denoiser {
     let [width, height] = size;
-    Denoiser::new(&gpu().device, &DenoiserDescriptor { width, height }).unwrap()
+    Denoiser::new(&gpu().device, &DenoiserDescriptor::new(width, height)).unwrap()
 }
 
 /// Peak signal-to-noise ratio of images tonemapped by x / (1 + x), in dB.

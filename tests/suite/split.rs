@@ -4,7 +4,7 @@ use crate::gpu::blank;
 use crate::mirror::mirrored;
 use crate::sequence::{Frame, denoise, denoiser, frame, psnr, read_output, submit, walk};
 use glam::Vec3;
-use quell::{DebugView, FrameInputs, HistoryMode, SampleMap, Settings};
+use quell::{DebugView, HistoryMode, SampleMap, Settings};
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use wgpu::TextureFormat as Format;
 
@@ -76,11 +76,11 @@ fn what_a_mirror_shows_is_followed_in_one_signal() {
 fn share_with_history(frames: &[Frame], settings: &Settings) -> f64 {
     let mut quell = denoiser(SIZE);
     let lengths = blank(SIZE, Format::Rgba16Float);
-    let settings = Settings { max_history: 12.0, innovation: false, ..*settings };
+    let settings = settings.with_max_history(12.0).with_innovation(false);
     for frame in frames {
         let images = frame.upload();
         let debug = Some((DebugView::HistoryLength, &lengths));
-        let inputs = FrameInputs { debug, ..images.inputs(frame.camera, HistoryMode::Continue) };
+        let inputs = images.inputs(frame.camera, HistoryMode::Continue).with_debug(debug);
         submit(&mut quell, &inputs, &settings);
     }
     let hits = frames.last().unwrap().depth.iter().map(|depth| depth.is_finite());
@@ -155,7 +155,7 @@ fn either_part_may_be_black() {
 fn history_restarts_where_a_split_comes_or_goes() {
     let split = mirrored(&frame(SIZE, EYE, EYE, 1), 2);
     let mut quell = denoiser(SIZE);
-    let held = quell.memory().len();
+    let held = quell.memory().allocations().count();
     let mut restarted = |frame: &Frame| {
         let images = frame.upload();
         let gpu = crate::gpu::gpu();
@@ -169,10 +169,10 @@ fn history_restarts_where_a_split_comes_or_goes() {
     let one = combined(&split);
     let found = [&one, &one, &split, &split, &one, &split].map(&mut restarted);
     assert_eq!(found, [true, false, true, false, true, true]);
-    let grown = quell.memory().len();
+    let grown = quell.memory().allocations().count();
     assert!(grown > held);
     denoise(&mut quell, &split, &Settings::default());
-    assert_eq!(quell.memory().len(), grown);
+    assert_eq!(quell.memory().allocations().count(), grown);
 }
 
 #[test]
@@ -184,12 +184,11 @@ fn debug_views_and_sample_maps_work_on_a_split() {
     let images = split.upload();
     for view in DebugView::ALL {
         let shown = [false, true].map(|debug_specular| {
-            let inputs = FrameInputs {
-                debug: Some((view, &debug)),
-                sample_map: Some(SampleMap { view: &samples, samples_per_pixel: 1.0, dark_level: 0.1 }),
-                ..images.inputs(split.camera, HistoryMode::Restart)
-            };
-            submit(&mut quell, &inputs, &Settings { debug_specular, ..Settings::default() });
+            let inputs = images
+                .inputs(split.camera, HistoryMode::Restart)
+                .with_debug((view, &debug))
+                .with_sample_map(SampleMap { view: &samples, samples_per_pixel: 1.0, dark_level: 0.1 });
+            submit(&mut quell, &inputs, &Settings::default().with_debug_specular(debug_specular));
             let shown = read_output(&debug);
             assert_sound(&shown);
             shown
@@ -208,10 +207,7 @@ fn debug_views_and_sample_maps_work_on_a_split() {
 fn an_albedo_without_its_signal_is_refused() {
     let frame = frame(SIZE, EYE, EYE, 1);
     let images = frame.upload();
-    let inputs = FrameInputs {
-        specular_albedo: Some(&images.albedo),
-        ..images.inputs(frame.camera, HistoryMode::Continue)
-    };
+    let inputs = images.inputs(frame.camera, HistoryMode::Continue).with_specular_albedo(&images.albedo);
     let gpu = crate::gpu::gpu();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let refused = denoiser(SIZE).encode(&gpu.device, &gpu.queue, &mut encoder, &inputs, &Settings::default());
@@ -234,7 +230,7 @@ fn distances_that_are_seldom_known_keep_history() {
             .filter(|_| random.random_bool(0.9))
             .for_each(|distance| *distance = 0.0);
     }
-    let settings = Settings { debug_specular: true, ..Settings::default() };
+    let settings = Settings::default().with_debug_specular(true);
     let [known, seldom] = [frames, unknown].map(|frames| share_with_history(&frames, &settings));
     println!("{known:.2} of the pixels have history; with one distance in ten {seldom:.2}");
     assert!(known > 0.8 && seldom > known - 0.1, "{known:.2} {seldom:.2}");

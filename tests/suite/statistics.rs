@@ -51,7 +51,7 @@ fn they_count_the_models_of_each_level() {
     let cells = |stride: u32| -> u32 {
         tiles(SIZE).map(|side| (side - stride / 2).div_ceil(stride)).into_iter().product()
     };
-    let of = |centres| statistics(&Settings { centres, ..Settings::default() });
+    let of = |centres| statistics(&Settings::default().with_centres(centres));
     let dense = of(Centres::Uniform(1));
     assert_eq!(dense.models_by_level, [0, 0, all]);
     for (level, stride) in [(0, 4), (1, 2)] {
@@ -69,7 +69,7 @@ fn they_count_the_models_of_each_level() {
     assert_eq!(adaptive.models(), adaptive.models_by_level.iter().sum::<u32>());
     // Narrow windows cover less than the widest, whose tents alone reach further.
     let [narrow, wide] =
-        [1, 3].map(|size| statistics(&Settings { windows: Windows::Fixed(size), ..Settings::default() }));
+        [1, 3].map(|size| statistics(&Settings::default().with_windows(Windows::Fixed(size))));
     assert!(narrow.models() > wide.models(), "{narrow:?} {wide:?}");
 }
 

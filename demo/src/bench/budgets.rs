@@ -97,7 +97,7 @@ fn of_capture(gpu: &Gpu, folder: &Path, args: &BudgetsArgs) -> Result<CaptureRep
     let played = Played { gpu, reader: &reader, frames: &frames, split: args.split.split() };
     let progress = progress_bar(1 + 2 * SHARES.len() as u64, "budgets");
     let run = |name: String, budget, rounds| {
-        let row = played.row(name, Settings { far: header.far, budget, ..Settings::default() }, rounds);
+        let row = played.row(name, Settings::default().with_far(header.far).with_budget(budget), rounds);
         progress.inc(1);
         row.with_context(|| folder.display().to_string())
     };

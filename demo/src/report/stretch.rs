@@ -162,7 +162,7 @@ impl Stretch {
             size: [header.width, header.height],
             frames,
             events: events.collect(),
-            settings: Settings { far: header.far, ..Settings::default() },
+            settings: Settings::default().with_far(header.far),
             origin: Origin::Capture { reader, split, images: None },
         }
     }

@@ -143,12 +143,10 @@ impl<'a> Rounds<'a> {
         following: f32,
     ) -> Result<(ImageRgb, ImageRgb)> {
         // As long a memory as there is; the light is known not to change, and nothing is to be cut.
-        let settings = Settings {
-            max_history: 1024.0,
-            innovation: false,
-            firefly_limit: f32::INFINITY,
-            ..Settings::default()
-        };
+        let settings = Settings::default()
+            .with_max_history(1024.0)
+            .with_innovation(false)
+            .with_firefly_limit(f32::INFINITY);
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         self.walk.trace_with(self.gpu, &mut encoder, index, spp, sampling);
         let frame = MethodFrame {

@@ -58,8 +58,8 @@ pub fn measure(
     halves: [&ImageRgb; 2],
     progress: impl Fn(u32),
 ) -> Result<ConvergenceReport> {
-    let settings = Settings { max_history: MAX_HISTORY, ..Settings::default() };
-    let alone = Settings { mix_temporal_mean: false, ..settings };
+    let settings = Settings::default().with_max_history(MAX_HISTORY);
+    let alone = settings.with_mix_temporal_mean(false);
     let sequence = |name, method, settings| Sequence::new(gpu, walk, name, method, settings);
     let mut sequences = [
         sequence(("quell", "quell"), Method::Quell, settings)?,

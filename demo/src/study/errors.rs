@@ -64,7 +64,7 @@ pub fn measure_run(
 ) -> Result<[TileErrors; WINDOWS.len()]> {
     let mut measure = |window: u32| -> Result<TileErrors> {
         let settings =
-            Settings { windows: Windows::Fixed(window), centres: Centres::Uniform(1), ..Settings::default() };
+            Settings::default().with_windows(Windows::Fixed(window)).with_centres(Centres::Uniform(1));
         let root = denoiser.debug_view(&settings, DebugView::PredictedError)?;
         let prediction = denoiser.debug_view(&settings, DebugView::Prediction)?;
         Ok(TileErrors {

@@ -27,7 +27,7 @@ impl Stillness {
     pub fn new(gpu: &Gpu, walk: &Walk, frames: u32) -> Result<Self> {
         let settings = Settings::default();
         let sequence = |name, method, innovation| -> Result<_> {
-            let sequence = Sequence::new(gpu, walk, name, method, Settings { innovation, ..settings })?;
+            let sequence = Sequence::new(gpu, walk, name, method, settings.with_innovation(innovation))?;
             Ok((sequence, [Variation::default(), Variation::default()]))
         };
         let sequences = match frames {

@@ -35,7 +35,7 @@ impl Variant {
     }
 
     fn settings(self) -> Settings {
-        Settings { centres: self.centres, windows: self.windows, ..Settings::default() }
+        Settings::default().with_centres(self.centres).with_windows(self.windows)
     }
 
     fn centres_label(self) -> String {
@@ -86,7 +86,7 @@ pub fn measure(denoiser: &mut StillDenoiser<'_>, reference: &ImageRgb) -> Result
     for (variant, wall_ms) in variants.iter().zip(wall_times(denoiser, &variants)?) {
         let settings = variant.settings();
         let (image, models) = denoiser.denoised(&settings)?;
-        let (alone, _) = denoiser.denoised(&Settings { mix_temporal_mean: false, ..settings })?;
+        let (alone, _) = denoiser.denoised(&settings.with_mix_temporal_mean(false))?;
         let windows = denoiser.debug_view(&settings, DebugView::Windows)?;
         let pixels = f64::from(reference.width) * f64::from(reference.height);
         let report = VariantReport {

@@ -144,7 +144,7 @@ fn denoiser_controls(ui: &mut Ui, view: &mut ViewState) {
     if ui.button("Defaults").clicked() {
         let defaults = quell::Settings::default();
         // The source's own: what it renders decides them.
-        *settings = quell::Settings { far: settings.far, motion_scale: settings.motion_scale, ..defaults };
+        *settings = defaults.with_far(settings.far);
     }
 }
 

@@ -74,7 +74,7 @@ pub struct ViewState {
     pub sampling: Sampling,
     /// What the denoiser gets apart.
     pub signals: Split,
-    /// Of the denoiser. `far` and `motion_scale` are the source's business.
+    /// Of the denoiser. `far` and `conventions` are the source's business.
     pub settings: Settings,
     /// Exposure in stops; 0 shows radiance as measured.
     pub exposure_ev: f32,

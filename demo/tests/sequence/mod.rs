@@ -33,7 +33,7 @@ impl<'a> Sequence<'a> {
         let Self { gpu, method, .. } = *self;
         let Frame { width, height, .. } = frames[0];
         let mut runner = MethodRunner::new(gpu, method, width, height).unwrap();
-        let settings = Settings { far: FAR, max_history: self.max_history, ..Settings::default() };
+        let settings = Settings::default().with_far(FAR).with_max_history(self.max_history);
         let mut gbuffer = gbuffer_for(&gpu.device, &frames[0]);
         let output = |(i, frame): (usize, &Frame)| {
             upload(&gpu.device, &gpu.queue, frame, &mut gbuffer);

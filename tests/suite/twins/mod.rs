@@ -41,7 +41,7 @@ fn uniforms(frame: &Frame, previous: &Frame) -> FrameUniforms {
         ..FrameUniforms::zeroed()
     };
     uniforms.set_windows(Windows::RingError, Centres::Adaptive);
-    uniforms.set_cameras(&frame.camera, &previous.camera);
+    uniforms.set_cameras(&frame.camera, &previous.camera, previous.size);
     uniforms
 }
 
@@ -59,7 +59,7 @@ fn run(uniforms: &FrameUniforms, record: impl FnOnce(&mut Recorder<'_>)) {
         device: &gpu.device,
         encoder: &mut encoder,
         frame: &buffer,
-        timestamps: None,
+        profiler: None,
         is_specular: false,
     });
     gpu.queue.submit([encoder.finish()]);

@@ -204,7 +204,7 @@ fn kept_models_move_along_with_the_camera() {
     let now = wall(&cameras[1], eyes[1], 45);
     let after = |previous: &Camera| {
         let mut u = uniforms();
-        u.set_cameras(&cameras[1], previous);
+        u.set_cameras(&cameras[1], previous, u.size);
         // So that all tiles have to do with what they have, and not with what others cover.
         u.levels.iter_mut().skip(1).for_each(|level| level.covered = COVERAGE_ONE);
         let found = limited(&u, 0, &now, &models, &kept);

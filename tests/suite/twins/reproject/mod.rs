@@ -53,7 +53,7 @@ fn run_pass(
     let (signal, reprojected_noise) = (blank(size, Format::R32Uint), blank(size, Format::R32Uint));
     let floats = layout::count(u.tiles) as usize * INNOVATIONS.tile_stride() as usize;
     let moments = upload_buffer(&vec![f32::NAN; floats]);
-    let no_hit_distance = blank(size, Format::R32Float);
+    let no_float = blank(size, Format::R32Float);
     let is_specular = !now.specular.is_empty();
     let device = &gpu().device;
     let pass = match (is_specular, now.hit_distance.is_empty()) {
@@ -66,12 +66,13 @@ fn run_pass(
             radiance: images.specular.as_ref().unwrap_or(&images.radiance),
             albedo: &images.albedo,
             normal_roughness: &images.normal,
+            roughness: &no_float,
             depth: &images.depth,
             motion: &upload(size, Format::Rgba32Float, &motion),
             surface_id: &images.id,
             emission: &upload(size, Format::Rgba16Float, emission),
             sample_count: &images.samples,
-            hit_distance: images.hit_distance.as_ref().unwrap_or(&no_hit_distance),
+            hit_distance: images.hit_distance.as_ref().unwrap_or(&no_float),
             previous_guide: &upload(size, Format::Rg32Uint, &previous_words),
             history: &upload(size, Format::Rgba16Float, &history),
             noise: &upload(size, Format::R32Uint, &noise),
