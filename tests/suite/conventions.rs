@@ -201,12 +201,12 @@ fn motion_from_the_previous_frame_holds_for_depth() {
 fn check_normals<const N: usize>(
     name: &str,
     format: Format,
-    conventions: Conventions,
+    [conventions, mistaken]: [Conventions; 2],
     rewrite: impl Fn(Vec3) -> [f32; N],
 ) where
     [half::f16; N]: bytemuck::Pod,
 {
-    check(name, conventions, Some(Conventions::default()), |frame, _| {
+    check(name, conventions, Some(mistaken), |frame, _| {
         let normals: Vec<[half::f16; N]> = (frame.normal.iter())
             .map(|&[x, y, z, _]| rewrite(Vec3::new(x, y, z)).map(half::f16::from_f32))
             .collect();
@@ -228,14 +228,19 @@ fn octahedral(n: Vec3) -> [f32; 2] {
 
 #[test]
 fn normals_may_be_encoded() {
-    let with = |encoding| Conventions::default().with_normal_encoding(encoding);
+    use NormalEncoding::{Octahedral, OctahedralUnsigned, Signed, Unsigned};
+    let not = |encodings: [NormalEncoding; 2]| {
+        encodings.map(|encoding| Conventions::default().with_normal_encoding(encoding))
+    };
     let unsigned = |v: f32| 0.5 + 0.5 * v;
-    check_normals("unsigned", Format::Rgba16Float, with(NormalEncoding::Unsigned), |n| {
+    check_normals("unsigned", Format::Rgba16Float, not([Unsigned, Signed]), |n| {
         let [x, y, z] = n.to_array().map(unsigned);
         [x, y, z, 0.0]
     });
-    check_normals("octahedral", Format::Rg16Float, with(NormalEncoding::Octahedral), octahedral);
-    check_normals("octahedral, unsigned", Format::Rg16Float, with(NormalEncoding::OctahedralUnsigned), |n| {
+    let octahedrals = [Octahedral, OctahedralUnsigned];
+    check_normals("octahedral", Format::Rg16Float, not(octahedrals), octahedral);
+    let unsigned_octahedrals = [OctahedralUnsigned, Octahedral];
+    check_normals("octahedral, unsigned", Format::Rg16Float, not(unsigned_octahedrals), |n| {
         octahedral(n).map(unsigned)
     });
 }
@@ -243,7 +248,8 @@ fn normals_may_be_encoded() {
 #[test]
 fn normals_may_be_in_view_space() {
     let view = Mat3::from_mat4(camera(Vec3::ZERO, SIZE).view_from_world);
-    let conventions = Conventions::default().with_normal_space(NormalSpace::View);
+    let spaces = [NormalSpace::View, NormalSpace::World];
+    let conventions = spaces.map(|space| Conventions::default().with_normal_space(space));
     check_normals("view space", Format::Rgba16Float, conventions, |n| (view * n).extend(1.0).to_array());
 }
 
