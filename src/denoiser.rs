@@ -1,6 +1,6 @@
 //! The denoiser: owns passes, history and scratch. [`Denoiser::encode`] is the frame, top to bottom.
 
-use crate::gpu::{Recorder, catch, image, uniform_buffer};
+use crate::gpu::{Recorder, catch, check_alive, image, uniform_buffer};
 use crate::guides::Guides;
 use crate::pacing::Pacing;
 use crate::passes::Pipelines;
@@ -17,7 +17,6 @@ use wgpu::{TextureFormat, TextureView};
 
 /// Denoises what one camera sees at one render size. Owns history and scratch; the caller owns every input, the output
 /// and the encoder.
-#[derive(Debug)]
 pub struct Denoiser {
     size: [u32; 2],
     pipelines: Arc<Pipelines>,
@@ -79,6 +78,7 @@ impl Denoiser {
         pipelines: Arc<Pipelines>,
     ) -> Result<Self, CreateError> {
         layout::check(device, descriptor)?;
+        check_alive(device)?;
         let size = [descriptor.width, descriptor.height];
         Ok(catch(device, || Self {
             size,
@@ -234,6 +234,16 @@ impl Denoiser {
         let notice = pacing.notice().filter(|_| !self.was_noticed);
         self.was_noticed |= notice.is_some();
         (Some(limit), notice)
+    }
+}
+
+impl std::fmt::Debug for Denoiser {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Denoiser")
+            .field("size", &self.size)
+            .field("frames", &self.frames)
+            .field("is_split", &self.specular.is_some())
+            .finish_non_exhaustive()
     }
 }
 

@@ -12,15 +12,22 @@ pub fn catch<T>(device: &wgpu::Device, create: impl FnOnce() -> T) -> Result<T, 
     if cfg!(target_arch = "wasm32") {
         return Ok(create());
     }
+    // What uses a resource that there was no memory for is invalid in turn: of several errors the causes come first.
+    let validation = device.push_error_scope(ErrorFilter::Validation);
     let internal = device.push_error_scope(ErrorFilter::Internal);
     let memory = device.push_error_scope(ErrorFilter::OutOfMemory);
     let created = create();
-    let errors = [known(memory.pop()), known(internal.pop())];
+    let errors = [known(memory.pop()), known(internal.pop()), known(validation.pop())];
     match errors.into_iter().flatten().next() {
         None => Ok(created),
         Some(wgpu::Error::OutOfMemory { .. }) => Err(DeviceError::OutOfMemory),
         Some(error) => Err(DeviceError::Failed { description: error.to_string() }),
     }
+}
+
+/// Refuses a device that is lost, on which creating anything silently comes to nothing.
+pub fn check_alive(device: &wgpu::Device) -> Result<(), DeviceError> {
+    uniform_buffer(device, "quell probe", &[0; 16]).map(drop)
 }
 
 /// A uniform buffer with these bytes, created anew: several frames may be recorded before one submission.

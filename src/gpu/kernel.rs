@@ -50,11 +50,18 @@ pub const SPECULAR: &Constants = &[("IS_SPECULAR", 1.0)];
 pub const REFLECTIONS: &Constants = &[("HAS_REFLECTIONS", 1.0)];
 
 /// A compiled pass.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Kernel {
     descriptor: &'static KernelDescriptor,
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::ComputePipeline,
+}
+
+impl std::fmt::Debug for Kernel {
+    /// By name: a denoiser is printed in a line or two.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Kernel({})", self.descriptor.name)
+    }
 }
 
 /// What all passes of a frame are recorded with.

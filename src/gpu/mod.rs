@@ -6,7 +6,7 @@ mod resources;
 mod shader;
 mod uniforms;
 
-pub use failure::{catch, uniform_buffer};
+pub use failure::{catch, check_alive, uniform_buffer};
 pub use kernel::{
     Binding, Compiler, Constants, Kernel, KernelDescriptor, Kind, REFLECTIONS, Recorder, SPECULAR,
 };

@@ -15,7 +15,7 @@ pub mod sample_map;
 pub mod sample_rate;
 
 use crate::DeviceError;
-use crate::gpu::{Compiler, KernelDescriptor, catch};
+use crate::gpu::{Compiler, KernelDescriptor, catch, check_alive};
 use std::sync::OnceLock;
 
 /// All kernels in the order they run; `centres`, `gains` and `choose` run within the pass `fit`, `sample_gains` and `sample_rate`
@@ -82,6 +82,7 @@ impl Pipelines {
         device: &wgpu::Device,
         cache: Option<&wgpu::PipelineCache>,
     ) -> Result<Self, DeviceError> {
+        check_alive(device)?;
         let compiler = Compiler { device, cache };
         catch(device, || Self {
             signal: SignalPasses {
