@@ -1,5 +1,6 @@
 //! What can be wrong with a capture. Every message names the file, the thing, what was expected and what came.
 
+use crate::input_file::InputFileError;
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -14,6 +15,14 @@ pub enum CaptureError {
         action: &'static str,
         #[source]
         source: std::io::Error,
+    },
+    /// Not a regular file, too large, or outside the capture's folder.
+    #[error("{}: cannot {action}", path.display())]
+    File {
+        path: PathBuf,
+        action: &'static str,
+        #[source]
+        source: InputFileError,
     },
     /// The manifest is not JSON, or lacks a field, or has one of the wrong type.
     #[error("{}: not a valid capture description", path.display())]
@@ -48,6 +57,9 @@ pub enum CaptureError {
     /// The file is damaged in a way that its decoder does not survive.
     #[error("{}: cannot read OpenEXR: the file is damaged", path.display())]
     Damaged { path: PathBuf },
+    /// A file claims more than it, or any frame, can hold.
+    #[error("{}: cannot read OpenEXR: {what} has {found} {unit}, expected at most {most}", path.display())]
+    TooMuch { path: PathBuf, what: String, unit: &'static str, found: u64, most: u64 },
     /// A needed channel is missing, or an optional group is incomplete.
     #[error("{}: channel `{channel}` is missing; the file has {}", path.display(), found.join(", "))]
     MissingChannel { path: PathBuf, channel: String, found: Vec<String> },

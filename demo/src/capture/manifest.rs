@@ -33,13 +33,13 @@ struct VersionOnly {
 }
 
 impl Manifest {
-    pub fn parse(path: &Path, text: &str) -> Result<Self, CaptureError> {
+    pub fn parse(path: &Path, text: &[u8]) -> Result<Self, CaptureError> {
         let json = |source| CaptureError::Json { path: path.to_owned(), source };
-        let VersionOnly { version } = serde_json::from_str(text).map_err(json)?;
+        let VersionOnly { version } = serde_json::from_slice(text).map_err(json)?;
         if version != VERSION {
             return Err(CaptureError::Version { path: path.to_owned(), found: version });
         }
-        serde_json::from_str(text).map_err(json)
+        serde_json::from_slice(text).map_err(json)
     }
 
     pub fn header(&self, path: &Path) -> Result<CaptureHeader, CaptureError> {

@@ -26,6 +26,7 @@
 //! Matrices are column-major for column vectors, right-handed, view space looking down -z, clip depth 0 to 1.
 
 mod channels;
+mod decode;
 mod download;
 mod error;
 mod guard;

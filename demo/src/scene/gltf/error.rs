@@ -1,5 +1,6 @@
 //! What can be wrong with a file.
 
+use crate::input_file::InputFileError;
 use std::path::{Path, PathBuf};
 
 /// Why a glTF file could not be loaded.
@@ -7,7 +8,7 @@ use std::path::{Path, PathBuf};
 #[non_exhaustive]
 pub enum LoadError {
     #[error("{}: cannot be read: {source}", path.display())]
-    Read { path: PathBuf, source: std::io::Error },
+    Read { path: PathBuf, source: InputFileError },
     #[error("{}: not a valid glTF file: {reason}", path.display())]
     Syntax { path: PathBuf, reason: String },
     #[error("{}: {element}: {reason}", path.display())]
