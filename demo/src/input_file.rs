@@ -1,5 +1,6 @@
 //! Opening files that strangers wrote: only regular ones, of a bounded size, and only inside the folder they belong to.
 
+use std::borrow::Cow;
 use std::fs::{File, Metadata};
 use std::io::{Read, Seek};
 use std::path::{Component, Path, PathBuf};
@@ -73,6 +74,23 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// Text from a file, for a message: it may be megabytes long, or steer a terminal.
+pub fn printable(text: &str, most_letters: usize) -> Cow<'_, str> {
+    let text = text.trim_end();
+    let is_long = text.chars().nth(most_letters).is_some();
+    if !is_long && !text.contains(is_unprintable) {
+        return text.into();
+    }
+    let plain = |c: char| if is_unprintable(c) { '?' } else { c };
+    let end = if is_long { "..." } else { "" };
+    text.chars().take(most_letters).map(plain).chain(end.chars()).collect::<String>().into()
+}
+
+/// Control characters, and those that turn the direction of what follows.
+fn is_unprintable(c: char) -> bool {
+    c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
 /// A folder that what is read must lie in.
 #[derive(Debug, Clone)]
 pub struct Folder {
@@ -129,6 +147,13 @@ mod tests {
         }
         assert!(refused("/etc/passwd").contains("no relative path"));
         assert!(refused("missing").contains("No such file"));
+    }
+
+    #[test]
+    fn messages_stay_short_and_printable() {
+        assert_eq!(printable("a name", 6), "a name");
+        assert_eq!(printable("a longer name", 8), "a longer...");
+        assert_eq!(printable("red\u{1b}[31m\u{202e}\n", 80), "red?[31m?");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::CaptureError;
 use super::decode::ExrFile;
+use crate::input_file::printable;
 use exr::meta::header::Header;
 use exr::prelude::FlatSamples;
 use std::collections::HashMap;
@@ -122,7 +123,7 @@ fn listed(names: &[String]) -> Vec<String> {
     const MOST_NAMES: usize = 40;
     const MOST_LETTERS: usize = 60;
     let mut list: Vec<String> =
-        names.iter().take(MOST_NAMES).map(|name| name.chars().take(MOST_LETTERS).collect()).collect();
+        names.iter().take(MOST_NAMES).map(|name| printable(name, MOST_LETTERS).into_owned()).collect();
     if names.len() > MOST_NAMES {
         list.push(format!("{} more", names.len() - MOST_NAMES));
     }

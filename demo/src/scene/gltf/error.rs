@@ -1,6 +1,6 @@
 //! What can be wrong with a file.
 
-use crate::input_file::InputFileError;
+use crate::input_file::{InputFileError, printable};
 use std::path::{Path, PathBuf};
 
 /// Why a glTF file could not be loaded.
@@ -15,6 +15,10 @@ pub enum LoadError {
     Element { path: PathBuf, element: String, reason: String },
 }
 
+/// What a reason quotes of a file may be long.
+pub(super) const MOST_REASON_LETTERS: usize = 600;
+
 pub(super) fn fail<T>(path: &Path, element: &str, reason: impl Into<String>) -> super::Result<T> {
-    Err(LoadError::Element { path: path.to_owned(), element: element.to_owned(), reason: reason.into() })
+    let reason = printable(&reason.into(), MOST_REASON_LETTERS).into_owned();
+    Err(LoadError::Element { path: path.to_owned(), element: element.to_owned(), reason })
 }

@@ -19,6 +19,7 @@ mod source;
 pub use error::LoadError;
 
 use super::{Instance, Node, Scene, Trs};
+use crate::input_file::printable;
 use error::fail;
 use glam::{Quat, Vec3};
 use limits::MOST_TRIANGLES;
@@ -136,10 +137,13 @@ fn place_nodes<'a>(file: &'a File, scene: &mut Scene) -> Result<Placed<'a>> {
     Ok(placed)
 }
 
+/// Of names and paths in messages.
+const MOST_NAME_LETTERS: usize = 120;
+
 /// `mesh 3 (Roof)`.
 fn element(kind: &str, index: usize, name: Option<&str>) -> String {
     match name {
-        Some(name) => format!("{kind} {index} ({})", source::shortened(name)),
+        Some(name) => format!("{kind} {index} ({})", printable(name, MOST_NAME_LETTERS)),
         None => format!("{kind} {index}"),
     }
 }

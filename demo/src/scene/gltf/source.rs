@@ -1,10 +1,9 @@
 //! Where a file's parts come from: itself, data URIs and files in its folder.
 
-use super::error::{LoadError, fail};
+use super::error::{LoadError, MOST_REASON_LETTERS, fail};
 use super::limits::{Budget, MOST_FILE_BYTES, MOST_JSON_OBJECTS, MOST_JSON_VALUES, MOST_SOURCE_BYTES};
-use super::{Result, element};
-use crate::input_file::{self, Folder, InputFileError};
-use std::borrow::Cow;
+use super::{MOST_NAME_LETTERS, Result, element};
+use crate::input_file::{self, Folder, InputFileError, printable};
 use std::path::{Path, PathBuf};
 
 /// The bytes of a `.gltf` or `.glb` file.
@@ -17,18 +16,26 @@ pub(super) fn read_whole(path: &Path, budget: &Budget) -> Result<Vec<u8>> {
 
 /// Parses, and refuses what the parser would stumble over or multiply in memory.
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<gltf::Gltf> {
-    let syntax = |reason: String| LoadError::Syntax { path: path.to_owned(), reason };
+    let syntax = |reason: String| LoadError::Syntax {
+        path: path.to_owned(),
+        reason: printable(&reason, MOST_REASON_LETTERS).into_owned(),
+    };
     if bytes.starts_with(b"glTF") && bytes.get(8..12).is_none_or(|length| number(length) < 12) {
         return Err(syntax("its header is shorter than 12 bytes".to_owned()));
     }
     check_json_size(json_chunk(bytes)).map_err(syntax)?;
-    let parsed = gltf::Gltf::from_slice(bytes).map_err(|error| match error {
+    let parsed =
+        gltf::Gltf::from_slice_without_validation(bytes).map_err(|error| syntax(error.to_string()))?;
+    let json = parsed.document.into_json();
+    check_positions(path, &json)?;
+    let document = gltf::Document::from_json(json).map_err(|error| match error {
         gltf::Error::Validation(problems) => {
-            let first = problems.first().map(|(at, what)| format!("{}: {what}", shortened(at.as_str())));
+            let first = problems.first().map(|(at, what)| format!("{at}: {what}"));
             syntax(first.unwrap_or_default())
         }
         other => syntax(other.to_string()),
     })?;
+    let parsed = gltf::Gltf { document, blob: parsed.blob };
     check_choices(path, &parsed.document)?;
     Ok(parsed)
 }
@@ -55,6 +62,21 @@ fn check_json_size(json: &[u8]) -> std::result::Result<(), String> {
     }
     if values > MOST_JSON_VALUES {
         return Err(format!("has {values} values, expected at most {MOST_JSON_VALUES}"));
+    }
+    Ok(())
+}
+
+/// Accessors that the gltf crate looks at while it checks whether there are any: it panics where not.
+fn check_positions(path: &Path, json: &gltf::json::Root) -> Result<()> {
+    for (m, mesh) in json.meshes.iter().enumerate() {
+        for (p, primitive) in mesh.primitives.iter().enumerate() {
+            let accessors = json.accessors.len();
+            let beyond = primitive.attributes.values().find(|index| index.value() >= accessors);
+            if let Some(index) = beyond {
+                let what = format!("{}, primitive {p}", element("mesh", m, mesh.name.as_deref()));
+                return fail(path, &what, format!("uses accessor {index}, the file has {accessors}"));
+            }
+        }
     }
     Ok(())
 }
@@ -130,15 +152,16 @@ fn from_file(path: &Path, uri: &str, left: u64) -> std::result::Result<Vec<u8>, 
     if let Some(scheme) = scheme(uri) {
         return Err(format!(
             "cannot read {}: its scheme is {scheme}, expected a relative path or data",
-            shortened(uri)
+            printable(uri, MOST_NAME_LETTERS)
         ));
     }
     let relative = percent_decoded(uri);
     let read = || -> std::result::Result<Vec<u8>, InputFileError> {
         input_file::read(&Folder::of(path)?.resolve(&relative)?, MOST_FILE_BYTES.min(left))
     };
-    let shown = |relative: &Path| shortened(&relative.to_string_lossy()).into_owned();
-    read().map_err(|error| format!("cannot read {}: {error}", shown(&relative)))
+    read().map_err(|error| {
+        format!("cannot read {}: {error}", printable(&relative.to_string_lossy(), MOST_NAME_LETTERS))
+    })
 }
 
 /// `http` of `http://example.com`; a file's name may hold a colon, but not before two slashes.
@@ -167,18 +190,4 @@ fn percent_decoded(uri: &str) -> PathBuf {
         }
     }
     String::from_utf8_lossy(&bytes).into_owned().into()
-}
-
-/// A name from a file, for a message: it may be megabytes long, or steer a terminal.
-pub(super) fn shortened(name: &str) -> Cow<'_, str> {
-    const MOST_LETTERS: usize = 120;
-    if name.chars().nth(MOST_LETTERS).is_none() && !name.contains(char::is_control) {
-        return name.into();
-    }
-    let plain = |c: char| if c.is_control() { '?' } else { c };
-    let mut short: String = name.chars().take(MOST_LETTERS).map(plain).collect();
-    if name.chars().nth(MOST_LETTERS).is_some() {
-        short.push_str("...");
-    }
-    short.into()
 }
