@@ -1,6 +1,7 @@
 //! Decoding an OpenEXR file: its headers first, then of its pixels only what a capture knows, both bounded.
 
 use super::CaptureError;
+use super::b44;
 use super::channels::{full_name, is_known};
 use super::guard::guarded;
 use exr::block::{chunk::TileCoordinates, lines::LineRef};
@@ -67,6 +68,11 @@ impl<'a> ExrFile<'a> {
         within(self.path, "bytes", "what it decodes to", bytes, most)?;
         let io = |source| CaptureError::Io { path: self.path.to_owned(), action: "read", source };
         self.file.seek(SeekFrom::Start(0)).map_err(io)?;
+        if b44::uses(self.headers()) {
+            let checked = guarded(|| b44::check(&self.file)).ok_or_else(|| damaged(self.path))?;
+            checked.map_err(|source| unreadable(self.path, source))?;
+            self.file.seek(SeekFrom::Start(0)).map_err(io)?;
+        }
         // On this thread: a panic on one of the decoder's own would end the program.
         let reader = ReadAnyChannels { read_samples: ReadKnown }.all_layers().all_attributes().non_parallel();
         let image = guarded(|| reader.from_unbuffered(&self.file)).ok_or_else(|| damaged(self.path))?;
@@ -139,7 +145,14 @@ impl SamplesReader for KnownReader {
     }
 
     fn read_line(&mut self, line: LineRef<'_>) -> UnitResult {
-        self.0.as_mut().map_or(Ok(()), |reader| reader.read_line(line))
+        let Some(reader) = &mut self.0 else {
+            return Ok(());
+        };
+        // A tile says itself what level it is of, whatever the table that led to it says.
+        if line.location.level != exr::math::Vec2(0, 0) {
+            return Err(exr::error::Error::Invalid("tile of another level".into()));
+        }
+        reader.read_line(line)
     }
 
     fn into_samples(self) -> Self::Samples {
