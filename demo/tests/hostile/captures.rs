@@ -158,16 +158,33 @@ fn an_unknown_part_of_gigabytes_is_not_decoded() {
     assert_refused(place, &["frame_0000.exr"]);
 }
 
+/// Where the first chunk starts of a file that has `count` of them.
+fn first_chunk(bytes: &[u8], count: usize) -> usize {
+    // The table of places ends where the first of them is.
+    let is_table =
+        |&at: &usize| bytes.get(at..at + 8).is_some_and(|place| place == (at + 8 * count).to_le_bytes());
+    (0..bytes.len()).find(is_table).unwrap() + 8 * count
+}
+
+/// The decoder subtracts below 0.
 #[test]
 fn a_b44_block_of_no_pixel_values_is_refused() {
     let temporary = temporary();
-    let whole = seeds::exr_file(Compression::B44, Blocks::ScanLines);
-    // The end of the blocks of half floats, which stand before the others; the file's last bytes are plain floats.
-    for (changed, at) in [(0, 760), (0x30, 762)] {
-        let mut bytes = whole.clone();
-        let end = bytes.len();
-        bytes[at..(at + 200).min(end)].fill(changed);
-        temporary.place.write("frame_0000.exr", &bytes);
-        assert_refused(&temporary.place, &["frame_0000.exr", "OpenEXR"]);
-    }
+    let mut bytes = seeds::exr_file(Compression::B44, Blocks::ScanLines);
+    // After the row and the length; `albedo.B` comes first.
+    let block = first_chunk(&bytes, 1) + 8;
+    bytes[block..block + 14].fill(0);
+    temporary.place.write("frame_0000.exr", &bytes);
+    assert_refused(&temporary.place, &["frame_0000.exr: cannot read OpenEXR", "B44 block"]);
+}
+
+/// The decoder takes it for a part of the image.
+#[test]
+fn a_tile_of_another_level_is_refused() {
+    let temporary = temporary();
+    let mut bytes = seeds::exr_file(Compression::Uncompressed, Blocks::Tiles((8, 8).into()));
+    let level_y = first_chunk(&bytes, 2) + 12;
+    bytes[level_y] = 1;
+    temporary.place.write("frame_0000.exr", &bytes);
+    assert_refused(&temporary.place, &["frame_0000.exr: cannot read OpenEXR"]);
 }
