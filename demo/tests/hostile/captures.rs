@@ -44,6 +44,19 @@ fn find(bytes: &[u8], wanted: &[u8]) -> usize {
     bytes.windows(wanted.len()).position(|window| window == wanted).unwrap()
 }
 
+/// Sets the size of the last header, and the count of chunks that must go with it.
+fn set_size(bytes: &mut [u8], side: i32, chunks: i32) {
+    let mut set = |attribute: &[u8], at: usize, value: i32| {
+        let start = bytes.windows(attribute.len()).rposition(|window| window == attribute).unwrap();
+        // The attribute's name and type, its size, then its value.
+        let start = start + attribute.len() + 4 + at;
+        bytes[start..start + 4].copy_from_slice(&value.to_le_bytes());
+    };
+    set(b"dataWindow\0box2i\0", 8, side - 1);
+    set(b"dataWindow\0box2i\0", 12, side - 1);
+    set(b"chunkCount\0int\0", 0, chunks);
+}
+
 #[test]
 fn the_seeds_are_whole() {
     let temporary = temporary();
@@ -110,10 +123,7 @@ fn a_header_that_claims_more_than_the_file_holds_is_refused() {
     let place = &temporary.place;
     edit(place, |json| (json["width"], json["height"]) = (json!(8192), json!(8192)));
     let mut bytes = seeds::exr_file(Compression::ZIP16, Blocks::ScanLines);
-    let window = find(&bytes, b"dataWindow\0box2i\0") + 17 + 4;
-    for (i, value) in [0, 0, 8191, 8191_i32].into_iter().enumerate() {
-        bytes[window + 4 * i..window + 4 * i + 4].copy_from_slice(&value.to_le_bytes());
-    }
+    set_size(&mut bytes, 8192, 512);
     place.write("frame_0000.exr", &bytes);
     assert_refused(
         place,
@@ -127,6 +137,8 @@ fn a_tile_of_gigabytes_is_refused() {
     let mut bytes = seeds::exr_file(Compression::PIZ, Blocks::Tiles((8, 8).into()));
     let size = find(&bytes, b"tiles\0tiledesc\0") + 15 + 4;
     bytes[size..size + 8].copy_from_slice(&[0, 0, 1, 0, 0, 0, 1, 0]);
+    let count = find(&bytes, b"chunkCount\0int\0") + 15 + 4;
+    bytes[count] = 1;
     temporary.place.write("frame_0000.exr", &bytes);
     assert_refused(&temporary.place, &["a block of its pixels has", "expected at most 16777216"]);
 }
@@ -148,10 +160,7 @@ fn an_unknown_part_of_gigabytes_is_not_decoded() {
     let mut file = Cursor::new(Vec::new());
     image.write().non_parallel().to_buffered(&mut file).unwrap();
     let mut bytes = file.into_inner();
-    let second = bytes.windows(17).rposition(|window| window == b"dataWindow\0box2i\0").unwrap() + 17 + 4;
-    for (i, value) in [0, 0, 59_999, 59_999_i32].into_iter().enumerate() {
-        bytes[second + 4 * i..second + 4 * i + 4].copy_from_slice(&value.to_le_bytes());
-    }
+    set_size(&mut bytes, 60_000, 60_000);
     // Room for the table of so many rows, at places that are none.
     bytes.resize(bytes.len() + 8 * 60_000, 0);
     place.write("frame_0000.exr", &bytes);
@@ -183,8 +192,11 @@ fn a_b44_block_of_no_pixel_values_is_refused() {
 fn a_tile_of_another_level_is_refused() {
     let temporary = temporary();
     let mut bytes = seeds::exr_file(Compression::Uncompressed, Blocks::Tiles((8, 8).into()));
-    let level_y = first_chunk(&bytes, 2) + 12;
-    bytes[level_y] = 1;
+    let chunk = first_chunk(&bytes, 2);
+    bytes[chunk + 12] = 1;
+    // Half as high, so half as long.
+    let length = i32::from_le_bytes(bytes[chunk + 16..chunk + 20].try_into().unwrap()) / 2;
+    bytes[chunk + 16..chunk + 20].copy_from_slice(&length.to_le_bytes());
     temporary.place.write("frame_0000.exr", &bytes);
     assert_refused(&temporary.place, &["frame_0000.exr: cannot read OpenEXR"]);
 }
