@@ -1,4 +1,4 @@
-//! The fuzz targets. Numbers of cases are for some 20 seconds in all on two cores.
+//! The fuzz targets. Numbers of cases are for 15 to 40 seconds in all on two cores, as busy as they are.
 
 use crate::files::{load_scene, read_capture};
 use crate::harness::{Check, fuzz};

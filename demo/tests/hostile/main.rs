@@ -3,7 +3,7 @@
 //! The fuzz targets (`fuzz.rs`) start from whole files built here and change their JSON, bytes and paths. They are the same in
 //! every run; a failure prints the seed and the case. For longer or other runs:
 //!
-//! - `QUELL_FUZZ_CASES=20` runs 20 times as many cases (1 is some 20 seconds),
+//! - `QUELL_FUZZ_CASES=20` runs 20 times as many cases (once is 15 to 40 seconds on two cores),
 //! - `QUELL_FUZZ_SEED=7` starts elsewhere (0),
 //! - `QUELL_FUZZ_ONLY=1234` runs that case of each target and keeps its folder, for a look at a failure.
 //!
@@ -11,7 +11,10 @@
 //! `captures.rs` and `scenes.rs`; `harness_tests.rs` shows that the harness catches what it is for.
 
 mod allocator;
+#[path = "../binary/mod.rs"]
+mod binary;
 mod captures;
+mod command_line;
 mod files;
 mod fuzz;
 mod harness;

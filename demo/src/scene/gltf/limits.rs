@@ -49,22 +49,37 @@ impl Budget {
     }
 
     pub fn elements(&self, count: usize, path: &Path, what: &str) -> Result<()> {
+        if let Some(left) = self.elements.get().checked_sub(count) {
+            self.elements.set(left);
+            return Ok(());
+        }
         let reason =
-            || format!("with it more than {MOST_ELEMENTS} elements would be read from the file's accessors");
-        let left = self.elements.get().checked_sub(count);
-        left.map_or_else(|| fail(path, what, reason()), |left| Ok(self.elements.set(left)))
+            format!("with it more than {MOST_ELEMENTS} elements would be read from the file's accessors");
+        fail(path, what, reason)
     }
 
     pub fn vertices(&self, count: usize, path: &Path, what: &str) -> Result<()> {
-        let reason = || format!("with its {count} the file's meshes have more than {MOST_VERTICES} vertices");
-        let left = self.vertices.get().checked_sub(count);
-        left.map_or_else(|| fail(path, what, reason()), |left| Ok(self.vertices.set(left)))
+        if let Some(left) = self.vertices.get().checked_sub(count) {
+            self.vertices.set(left);
+            return Ok(());
+        }
+        fail(
+            path,
+            what,
+            format!("with its {count} the file's meshes have more than {MOST_VERTICES} vertices"),
+        )
     }
 
     pub fn image_bytes(&self, count: u64, path: &Path, what: &str) -> Result<()> {
-        let reason = || format!("with its {count} bytes the file's images take more than {MOST_IMAGE_BYTES}");
-        let left = self.image_bytes.get().checked_sub(count);
-        left.map_or_else(|| fail(path, what, reason()), |left| Ok(self.image_bytes.set(left)))
+        if let Some(left) = self.image_bytes.get().checked_sub(count) {
+            self.image_bytes.set(left);
+            return Ok(());
+        }
+        fail(
+            path,
+            what,
+            format!("with its {count} bytes the file's images take more than {MOST_IMAGE_BYTES}"),
+        )
     }
 
     /// Bytes that may still come from files.
