@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LoadError {
-    #[error("{}: cannot be read: {source}", path.display())]
+    #[error("{}: cannot be read", path.display())]
     Read { path: PathBuf, source: InputFileError },
     #[error("{}: not a valid glTF file: {reason}", path.display())]
     Syntax { path: PathBuf, reason: String },
