@@ -12,6 +12,7 @@ pub mod gpu_timer;
 pub mod halton;
 pub mod html;
 pub mod image;
+pub mod input_file;
 pub mod method;
 pub mod metrics;
 pub mod peers;

@@ -1,10 +1,12 @@
 //! The channels of one OpenEXR file, by name, whatever their order, sample type and compression.
 
 use super::CaptureError;
-use super::guard::guarded;
-use exr::meta::MetaData;
-use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
+use super::decode::ExrFile;
+use crate::input_file::printable;
+use exr::meta::header::Header;
+use exr::prelude::FlatSamples;
 use std::collections::HashMap;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 /// Every channel that a capture knows.
@@ -49,7 +51,7 @@ pub struct Channels {
 }
 
 /// A part of a multi-part file may be named after the group (`radiance`) and hold bare channels (`R`).
-fn full_name(layer: Option<&exr::prelude::Text>, channel: &exr::prelude::Text) -> String {
+pub fn full_name(layer: Option<&exr::prelude::Text>, channel: &exr::prelude::Text) -> String {
     let channel = channel.to_string();
     match layer {
         Some(layer) if !is_known(&channel) && is_known(&format!("{layer}.{channel}")) => {
@@ -59,43 +61,16 @@ fn full_name(layer: Option<&exr::prelude::Text>, channel: &exr::prelude::Text) -
     }
 }
 
-fn is_known(name: &str) -> bool {
+pub fn is_known(name: &str) -> bool {
     KNOWN.contains(&name)
 }
 
 impl Channels {
-    /// Reads the known channels of a file whose size must be `size`.
-    pub fn read(path: &Path, size: [u32; 2]) -> Result<Self, CaptureError> {
-        let error = |source| CaptureError::Exr { path: path.to_owned(), action: "read", source };
-        let file = std::fs::File::open(path).map_err(|source| CaptureError::Io {
-            path: path.to_owned(),
-            action: "open",
-            source,
-        })?;
-        let panicked = || CaptureError::Damaged { path: path.to_owned() };
-        // Before any pixels: a wrong size in the file must not become an allocation of that size.
-        let meta = guarded(|| MetaData::read_from_unbuffered(file, false));
-        let meta = meta.ok_or_else(panicked)?.map_err(error)?;
-        let names = check_meta(path, &meta, size)?;
-        // On this thread: a panic on one of the decoder's own would end the program.
-        let reader = read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .all_layers()
-            .all_attributes()
-            .non_parallel();
-        let image = guarded(|| reader.from_file(path)).ok_or_else(panicked)?.map_err(error)?;
-        let mut samples = HashMap::new();
-        for layer in image.layer_data {
-            let layer_name = layer.attributes.layer_name;
-            for channel in layer.channel_data.list {
-                let name = full_name(layer_name.as_ref(), &channel.name);
-                if is_known(&name) {
-                    samples.insert(name, channel.sample_data);
-                }
-            }
-        }
+    /// Reads the known channels of a file whose size must be `size`. `path` is for messages.
+    pub fn read(path: &Path, file: File, size: [u32; 2]) -> Result<Self, CaptureError> {
+        let file = ExrFile::open(path, file)?;
+        let names = check_headers(path, file.headers(), size)?;
+        let samples = file.known_samples()?;
         Ok(Self { path: path.to_owned(), width: size[0], samples, names })
     }
 
@@ -109,7 +84,7 @@ impl Channels {
             None => Err(CaptureError::MissingChannel {
                 path: self.path.clone(),
                 channel: channel.to_owned(),
-                found: self.names.clone(),
+                found: listed(&self.names),
             }),
         }
     }
@@ -143,10 +118,22 @@ impl Channels {
     }
 }
 
+/// A file may have thousands, with names of any length.
+fn listed(names: &[String]) -> Vec<String> {
+    const MOST_NAMES: usize = 40;
+    const MOST_LETTERS: usize = 60;
+    let mut list: Vec<String> =
+        names.iter().take(MOST_NAMES).map(|name| printable(name, MOST_LETTERS).into_owned()).collect();
+    if names.len() > MOST_NAMES {
+        list.push(format!("{} more", names.len() - MOST_NAMES));
+    }
+    list
+}
+
 /// Names of all channels, after checking the known ones.
-fn check_meta(path: &Path, meta: &MetaData, expected: [u32; 2]) -> Result<Vec<String>, CaptureError> {
+fn check_headers(path: &Path, headers: &[Header], expected: [u32; 2]) -> Result<Vec<String>, CaptureError> {
     let mut names = Vec::new();
-    for header in &meta.headers {
+    for header in headers {
         for channel in &header.channels.list {
             let name = full_name(header.own_attributes.layer_name.as_ref(), &channel.name);
             let layout = |found: String| {

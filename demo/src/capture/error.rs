@@ -1,6 +1,7 @@
 //! What can be wrong with a capture. Every message names the file, the thing, what was expected and what came.
 
-use std::path::PathBuf;
+use crate::input_file::{InputFileError, printable};
+use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// Why a capture could not be read or written.
@@ -15,13 +16,17 @@ pub enum CaptureError {
         #[source]
         source: std::io::Error,
     },
-    /// The manifest is not JSON, or lacks a field, or has one of the wrong type.
-    #[error("{}: not a valid capture description", path.display())]
-    Json {
+    /// Not a regular file, too large, or outside the capture's folder.
+    #[error("{}: cannot {action}", path.display())]
+    File {
         path: PathBuf,
+        action: &'static str,
         #[source]
-        source: serde_json::Error,
+        source: InputFileError,
     },
+    /// The manifest is not JSON, or lacks a field, or has one of the wrong type.
+    #[error("{}: not a valid capture description: {reason}", path.display())]
+    Json { path: PathBuf, reason: String },
     /// A newer or unknown format.
     #[error("{}: version is {found}, expected 1", path.display())]
     Version { path: PathBuf, found: u32 },
@@ -32,7 +37,7 @@ pub enum CaptureError {
     #[error("{}: `{field}` is {found}, expected {expected}", path.display())]
     Field { path: PathBuf, field: String, expected: String, found: String },
     /// A frame's file lies, or may lie, outside the capture's folder.
-    #[error("{}: frame {frame}: file `{file}` leaves the capture's folder", path.display())]
+    #[error("{}: frame {frame}: file `{}` leaves the capture's folder", path.display(), printable(file, 120))]
     FramePath { path: PathBuf, frame: usize, file: String },
     /// A matrix cannot be used.
     #[error("{}: frame {frame}: `{matrix}` {problem}", path.display())]
@@ -48,6 +53,9 @@ pub enum CaptureError {
     /// The file is damaged in a way that its decoder does not survive.
     #[error("{}: cannot read OpenEXR: the file is damaged", path.display())]
     Damaged { path: PathBuf },
+    /// A file claims more than it, or any frame, can hold.
+    #[error("{}: cannot read OpenEXR: {what} has {found} {unit}, expected at most {most}", path.display())]
+    TooMuch { path: PathBuf, what: String, unit: &'static str, found: u64, most: u64 },
     /// A needed channel is missing, or an optional group is incomplete.
     #[error("{}: channel `{channel}` is missing; the file has {}", path.display(), found.join(", "))]
     MissingChannel { path: PathBuf, channel: String, found: Vec<String> },
@@ -79,4 +87,17 @@ pub enum CaptureError {
         None => " (it holds a capture); pass --overwrite to replace it".to_owned(),
     })]
     Occupied { path: PathBuf, file: Option<String> },
+}
+
+impl CaptureError {
+    /// serde quotes what it finds, however long.
+    pub(super) fn json(path: &Path, error: &serde_json::Error) -> Self {
+        let place = format!(" (line {}, column {})", error.line(), error.column());
+        let text = error.to_string();
+        let mut reason = printable(&text, 300).into_owned();
+        if reason.len() < text.len() && error.line() > 0 {
+            reason.push_str(&place);
+        }
+        Self::Json { path: path.to_owned(), reason }
+    }
 }

@@ -1,4 +1,7 @@
 //! Keeping a decoder's panics on damaged files from ending the program.
+//!
+//! A net, and not what the reader relies on: what makes the decoder panic is checked before, and `tests/hostile` fails on panics
+//! that are caught here too.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};

@@ -1,11 +1,15 @@
 //! `capture.json`: its structure on disk, and the checks that turn it into a header and frames.
 
 use super::{CaptureError, CaptureHeader, FrameInfo, MAX_SIDE};
+use crate::input_file::printable;
 use glam::{Mat4, Vec2};
 use serde::{Deserialize, Serialize};
 use std::path::{Component, Path};
 
 pub const VERSION: u32 = 1;
+
+/// Letters of a frame's file name, which ends up in messages: what file systems take.
+const MOST_FILE_LETTERS: usize = 255;
 
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Manifest {
@@ -33,13 +37,13 @@ struct VersionOnly {
 }
 
 impl Manifest {
-    pub fn parse(path: &Path, text: &str) -> Result<Self, CaptureError> {
-        let json = |source| CaptureError::Json { path: path.to_owned(), source };
-        let VersionOnly { version } = serde_json::from_str(text).map_err(json)?;
+    pub fn parse(path: &Path, text: &[u8]) -> Result<Self, CaptureError> {
+        let json = |error| CaptureError::json(path, &error);
+        let VersionOnly { version } = serde_json::from_slice(text).map_err(json)?;
         if version != VERSION {
             return Err(CaptureError::Version { path: path.to_owned(), found: version });
         }
-        serde_json::from_str(text).map_err(json)
+        serde_json::from_slice(text).map_err(json)
     }
 
     pub fn header(&self, path: &Path) -> Result<CaptureHeader, CaptureError> {
@@ -73,6 +77,11 @@ impl FrameEntry {
         let inside = |c| matches!(c, Component::Normal(_) | Component::CurDir);
         if self.file.is_empty() || !Path::new(&self.file).components().all(inside) {
             return Err(CaptureError::FramePath { path: path.to_owned(), frame, file: self.file.clone() });
+        }
+        if printable(&self.file, MOST_FILE_LETTERS) != self.file {
+            let found = printable(&self.file, MOST_FILE_LETTERS).into_owned();
+            let expected = format!("a name of at most {MOST_FILE_LETTERS} printable letters");
+            return Err(field(path, format!("frames[{frame}].file"), expected, found));
         }
         let Ok(jitter_px) = <[f32; 2]>::try_from(self.jitter_px.as_slice()) else {
             return Err(field(

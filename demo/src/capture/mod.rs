@@ -25,7 +25,9 @@
 //!
 //! Matrices are column-major for column vectors, right-handed, view space looking down -z, clip depth 0 to 1.
 
+mod b44;
 mod channels;
+mod decode;
 mod download;
 mod error;
 mod guard;

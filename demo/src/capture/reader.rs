@@ -3,7 +3,14 @@
 use super::channels::Channels;
 use super::manifest::{FrameEntry, Manifest};
 use super::{CaptureError, CaptureHeader, Frame, FrameInfo, MANIFEST};
+use crate::input_file::{self, Folder, InputFileError};
+use std::fs::File;
 use std::path::{Path, PathBuf};
+
+/// Bytes of `capture.json`: a hundred thousand frames, as `record` writes them.
+const MOST_MANIFEST_BYTES: u64 = 128 << 20;
+/// Bytes of a frame's file: all channels at the largest size, in 32 bits and uncompressed, and half as much again.
+const MOST_FRAME_BYTES: u64 = 12 << 30;
 
 /// An opened capture; frames are read one at a time.
 #[derive(Debug)]
@@ -17,11 +24,10 @@ impl CaptureReader {
     /// Reads and checks `capture.json`. The frames' files are not touched yet.
     pub fn open(folder: &Path) -> Result<Self, CaptureError> {
         let path = folder.join(MANIFEST);
-        let text = std::fs::read_to_string(&path).map_err(|source| CaptureError::Io {
-            path: path.clone(),
-            action: "read",
-            source,
-        })?;
+        let text = Folder::new(folder)
+            .map_err(InputFileError::Io)
+            .and_then(|folder| input_file::read(&folder.resolve(Path::new(MANIFEST))?, MOST_MANIFEST_BYTES));
+        let text = text.map_err(|error| refused(&path, "read", error))?;
         let manifest = Manifest::parse(&path, &text)?;
         let header = manifest.header(&path)?;
         let frames = manifest.frames.into_iter().enumerate();
@@ -52,11 +58,17 @@ impl CaptureReader {
         self.frames[frame].1
     }
 
+    fn open_file(&self, file: &Path) -> Result<File, InputFileError> {
+        input_file::open(&Folder::new(&self.folder)?.resolve(file)?, MOST_FRAME_BYTES)
+    }
+
     /// Reads the images of a frame.
     pub fn read(&self, frame: usize) -> Result<Frame, CaptureError> {
-        let path = self.folder.join(&self.frames[frame].0.file);
+        let file = Path::new(&self.frames[frame].0.file);
+        let path = self.folder.join(file);
         let CaptureHeader { width, height, .. } = self.header;
-        let channels = Channels::read(&path, [width, height])?;
+        let file = self.open_file(file).map_err(|error| refused(&path, "open", error))?;
+        let channels = Channels::read(&path, file, [width, height])?;
         let rgb = |group: &str| -> Result<Vec<[f32; 3]>, CaptureError> {
             channels.vectors(["R", "G", "B"].map(|c| format!("{group}.{c}")).each_ref().map(String::as_str))
         };
@@ -88,5 +100,13 @@ impl CaptureReader {
         };
         frame.check_split(&path)?;
         Ok(frame)
+    }
+}
+
+fn refused(path: &Path, action: &'static str, error: InputFileError) -> CaptureError {
+    let path = path.to_owned();
+    match error {
+        InputFileError::Io(source) => CaptureError::Io { path, action, source },
+        source => CaptureError::File { path, action, source },
     }
 }

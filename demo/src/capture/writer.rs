@@ -101,8 +101,8 @@ impl CaptureWriter {
             frame_time_s: self.header.frame_time_s,
             frames: self.frames,
         };
-        let text = serde_json::to_string_pretty(&manifest)
-            .map_err(|source| CaptureError::Json { path: path.clone(), source })?;
+        let text =
+            serde_json::to_string_pretty(&manifest).map_err(|error| CaptureError::json(&path, &error))?;
         let part = self.folder.join(MANIFEST_PART);
         std::fs::write(&part, text)
             .and_then(|()| std::fs::rename(&part, &path))

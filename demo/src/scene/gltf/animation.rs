@@ -36,14 +36,16 @@ pub(super) fn load(file: &File, scene: &mut Scene, placed: &Placed<'_>) -> Resul
         let mut animation = scene.nodes[node].animation.take().unwrap_or_default();
         match target.property() {
             Property::Translation => {
-                animation.translation = Some(keys.track(file.floats(&output, &what)?, Vec3::from_array)?);
+                let track = keys.track(file.floats(&output, &what)?, Vec3::from_array, Vec3::is_finite)?;
+                animation.translation = Some(track);
             }
             Property::Rotation => {
                 let turn = |q| Quat::from_array(q).normalize();
-                animation.rotation = Some(keys.track(file.floats(&output, &what)?, turn)?);
+                animation.rotation = Some(keys.track(file.floats(&output, &what)?, turn, Quat::is_finite)?);
             }
             Property::Scale => {
-                animation.scale = Some(keys.track(file.floats(&output, &what)?, Vec3::from_array)?);
+                let track = keys.track(file.floats(&output, &what)?, Vec3::from_array, Vec3::is_finite)?;
+                animation.scale = Some(track);
             }
             Property::MorphTargetWeights => {}
         }
@@ -61,10 +63,11 @@ struct Keys<'a> {
 }
 
 impl Keys<'_> {
-    fn track<const N: usize, T>(
+    fn track<const N: usize, T: Copy>(
         &self,
         values: Vec<[f32; N]>,
         convert: impl Fn([f32; N]) -> T,
+        is_usable: impl Fn(T) -> bool,
     ) -> Result<Track<T>> {
         // A cubic spline has a tangent before and after each value.
         let is_cubic = self.kind == gltf::animation::Interpolation::CubicSpline;
@@ -73,7 +76,11 @@ impl Keys<'_> {
             let reason = format!("it has {} values for {} keys", values.len(), self.times.len());
             return fail(&self.file.path, self.what, reason);
         }
-        let values = values.into_iter().skip(first).step_by(stride).map(convert);
+        let values: Vec<T> = values.into_iter().skip(first).step_by(stride).map(convert).collect();
+        if let Some(i) = values.iter().position(|&value| !is_usable(value)) {
+            let reason = format!("the value of key {i} is not finite, or no rotation");
+            return fail(&self.file.path, self.what, reason);
+        }
         let interpolation = match self.kind {
             gltf::animation::Interpolation::Step => Interpolation::Step,
             _ => Interpolation::Linear,

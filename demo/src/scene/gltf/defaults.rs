@@ -55,6 +55,7 @@ fn promote_directional(scene: &mut Scene) {
 fn camera(scene: &Scene, placed: &Placed<'_>, low: Vec3, high: Vec3) -> CameraPath {
     let (centre, size) = (0.5 * (low + high), high - low);
     let is_walkable = size.x.max(size.z) > 1.5 * size.y && size.x.min(size.z) > 0.3 * size.y;
+    let animated = scene.animated_nodes();
     let mut still = None;
     for (document_node, &node) in placed.iter() {
         let Some(camera) = document_node.camera() else {
@@ -65,7 +66,7 @@ fn camera(scene: &Scene, placed: &Placed<'_>, low: Vec3, high: Vec3) -> CameraPa
         };
         let (vertical_fov, distance) = (lens.yfov().clamp(0.05, 2.5), 0.5 * size.length());
         let path = CameraPath::Node { node, vertical_fov, distance };
-        if scene.animated_nodes()[node] {
+        if animated[node] {
             return path;
         }
         still = still.or(Some(path));

@@ -4,8 +4,21 @@ use super::element;
 use gltf::material::AlphaMode;
 use gltf::mesh::Mode;
 
+/// They go to a terminal.
+const MOST_NOTES: usize = 100;
+
 /// One line for each element that is shown otherwise than the file asks for.
 pub(super) fn left_out(document: &gltf::Document) -> Vec<String> {
+    let mut notes = all(document);
+    let more = notes.len().saturating_sub(MOST_NOTES);
+    if more > 0 {
+        notes.truncate(MOST_NOTES);
+        notes.push(format!("and {more} more like these"));
+    }
+    notes
+}
+
+fn all(document: &gltf::Document) -> Vec<String> {
     let mut notes = Vec::new();
     for mesh in document.meshes() {
         let what = element("mesh", mesh.index(), mesh.name());

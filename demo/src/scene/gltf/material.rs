@@ -1,6 +1,7 @@
 //! Materials.
 
 use super::error::fail;
+use super::limits::MOST_LIGHT;
 use super::read::File;
 use super::{Result, element};
 use crate::scene::{Material, TextureRef};
@@ -59,9 +60,28 @@ pub(super) fn load(file: &File, source: &gltf::Material<'_>) -> Result<Material>
         },
         double_sided: source.double_sided(),
     };
+    check(file, &what, &material)?;
+    Ok(material)
+}
+
+fn check(file: &File, what: &str, material: &Material) -> Result<()> {
+    let textures = [
+        material.base_color_texture,
+        material.metallic_roughness_texture,
+        material.normal_texture,
+        material.emissive_texture,
+    ];
+    let transforms = textures.into_iter().flatten().flat_map(|t| t.matrix()).flatten();
     let numbers = [material.metallic, material.roughness, material.normal_scale];
-    let finite = numbers.iter().chain(&material.base_color).chain(&material.emissive).all(|v| v.is_finite());
-    if finite { Ok(material) } else { fail(&file.path, &what, "a factor is not finite") }
+    let numbers = numbers.into_iter().chain(material.base_color).chain(material.alpha_cutoff);
+    if !numbers.chain(transforms).all(f32::is_finite) {
+        return fail(&file.path, what, "a factor or a texture transform is not finite");
+    }
+    if !material.emissive.iter().all(|value| (0.0..=MOST_LIGHT).contains(value)) {
+        let reason = format!("its emission is {:?}, expected 0 to {MOST_LIGHT:e} each", material.emissive);
+        return fail(&file.path, what, reason);
+    }
+    Ok(())
 }
 
 /// The gltf crate gives a normal texture's transform only as JSON.

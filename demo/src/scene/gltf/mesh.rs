@@ -1,6 +1,7 @@
 //! Primitives as meshes.
 
 use super::error::fail;
+use super::limits::MOST_DISTANCE;
 use super::material::uv_set;
 use super::read::File;
 use super::{Result, element};
@@ -29,8 +30,14 @@ pub(super) fn load(
     let tangents = attribute::<4>(file, primitive, &Semantic::Tangents, count, &what)?;
     let uv_semantic = Semantic::TexCoords(uv_set(&primitive.material()));
     let uvs = attribute::<2>(file, primitive, &uv_semantic, count, &what)?;
-    if let Some(i) = positions.iter().position(|p| p.iter().any(|v| !v.is_finite())) {
-        return fail(&file.path, &what, format!("the position of vertex {i} is not finite"));
+    let is_far = |p: &[f32; 3]| p.iter().any(|v| v.is_nan() || v.abs() > MOST_DISTANCE);
+    if let Some(i) = positions.iter().position(is_far) {
+        let reason = if positions[i].iter().all(|v| v.is_finite()) {
+            format!("vertex {i} lies at {:?}, expected at most {MOST_DISTANCE:e}", positions[i])
+        } else {
+            format!("the position of vertex {i} is not finite")
+        };
+        return fail(&file.path, &what, reason);
     }
 
     let indices = match primitive.indices() {
@@ -41,16 +48,19 @@ pub(super) fn load(
         return fail(&file.path, &what, format!("index {index} is out of range, it has {count} vertices"));
     }
 
+    let mut triangles = triangles(primitive.mode(), &indices);
+    let used = compacted(&mut triangles, count);
+    file.budget.vertices(used.len().max(3 * triangles.len()), &file.path, &what)?;
     let vertex = |i: usize| Vertex {
         position: positions[i].into(),
         normal: normals.as_ref().map_or(Vec3::Y, |n| sane(Vec3::from(n[i])).normalize_or(Vec3::Y)),
-        uv: uvs.as_ref().map_or(Vec2::ZERO, |uv| Vec2::from(uv[i])),
-        tangent: tangents.as_ref().map_or(Vec4::X, |t| Vec4::from(t[i])),
+        uv: uvs.as_ref().map_or(Vec2::ZERO, |uv| Vec2::from(uv[i].map(sane_number))),
+        tangent: tangents.as_ref().map_or(Vec4::X, |t| Vec4::from(t[i].map(sane_number))),
     };
     let mut mesh = Mesh {
         name: mesh.name().unwrap_or_default().to_owned(),
-        vertices: (0..count).map(vertex).collect(),
-        triangles: triangles(primitive.mode(), &indices),
+        vertices: used.into_iter().map(vertex).collect(),
+        triangles,
         material: primitive.material().index().unwrap_or(default_material),
     };
     if mesh.triangles.is_empty() {
@@ -86,6 +96,26 @@ fn attribute<const N: usize>(
 
 fn sane(v: Vec3) -> Vec3 {
     if v.is_finite() { v } else { Vec3::ZERO }
+}
+
+/// Far values in textures and frames of reference are as good as none.
+fn sane_number(v: f32) -> f32 {
+    if v.abs() <= MOST_DISTANCE { v } else { 0.0 }
+}
+
+/// The vertices to keep: all, unless most belong to other primitives, as where these share one large array.
+fn compacted(triangles: &mut [[u32; 3]], count: usize) -> Vec<usize> {
+    if count <= 3 * triangles.len() {
+        return (0..count).collect();
+    }
+    let mut used: Vec<usize> = triangles.iter().flatten().map(|&i| i as usize).collect();
+    used.sort_unstable();
+    used.dedup();
+    for index in triangles.iter_mut().flatten() {
+        // Every one is in the list.
+        *index = used.partition_point(|&kept| kept < *index as usize) as u32;
+    }
+    used
 }
 
 fn triangles(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {

@@ -1,8 +1,8 @@
-//! Bytes of a file: its JSON, buffers, images and accessors, every range checked.
+//! A file's buffers and accessors, every range checked.
 
-use super::error::{LoadError, fail};
-use super::{Result, element};
-use crate::scene::Image;
+use super::error::fail;
+use super::limits::Budget;
+use super::{Result, element, source};
 use gltf::accessor::{DataType, Dimensions};
 use std::path::{Path, PathBuf};
 
@@ -11,21 +11,17 @@ pub(super) struct File {
     pub path: PathBuf,
     pub document: gltf::Document,
     buffers: Vec<Vec<u8>>,
+    pub budget: Budget,
 }
 
 impl File {
     pub fn open(path: &Path) -> Result<Self> {
-        let bytes =
-            std::fs::read(path).map_err(|source| LoadError::Read { path: path.to_owned(), source })?;
-        let syntax = |reason: String| LoadError::Syntax { path: path.to_owned(), reason };
-        let parsed = gltf::Gltf::from_slice(&bytes).map_err(|error| match error {
-            gltf::Error::Validation(problems) => {
-                let first = problems.first().map(|(at, what)| format!("{at}: {what}"));
-                syntax(first.unwrap_or_default())
-            }
-            other => syntax(other.to_string()),
-        })?;
-        let mut file = Self { path: path.to_owned(), document: parsed.document, buffers: Vec::new() };
+        let budget = Budget::new();
+        let whole = source::read_whole(path, &budget)?;
+        let parsed = source::parse(path, &whole)?;
+        drop(whole);
+        let document = parsed.document;
+        let mut file = Self { path: path.to_owned(), document, buffers: Vec::new(), budget };
         let mut blob = parsed.blob;
         let mut buffers = Vec::new();
         for buffer in file.document.buffers() {
@@ -48,43 +44,12 @@ impl File {
         Ok(file)
     }
 
-    /// What a URI stands for: data in itself or a file next to this one.
-    fn fetch(&self, uri: &str, what: &str) -> Result<Vec<u8>> {
-        if uri.starts_with("data:") {
-            let data = gltf::buffer::Data::from_source(gltf::buffer::Source::Uri(uri), None);
-            return data
-                .map(|d| d.0)
-                .or_else(|error| fail(&self.path, what, format!("bad data URI: {error}")));
-        }
-        let place = self.path.parent().unwrap_or(Path::new("")).join(percent_decoded(uri));
-        let bytes = std::fs::read(&place);
-        bytes.or_else(|error| fail(&self.path, what, format!("cannot read {}: {error}", place.display())))
+    /// What a URI stands for: data in itself or a file in this one's folder.
+    pub fn fetch(&self, uri: &str, what: &str) -> Result<Vec<u8>> {
+        source::fetch(&self.path, &self.budget, uri, what)
     }
 
-    /// All images, decoded.
-    pub fn images(&self) -> Result<Vec<Image>> {
-        let decode = |image: gltf::Image<'_>| {
-            let what = element("image", image.index(), image.name());
-            let (bytes, label) = match image.source() {
-                gltf::image::Source::Uri { uri, .. } => (self.fetch(uri, &what)?, uri),
-                gltf::image::Source::View { view, .. } => {
-                    (self.view_bytes(&view, &what)?.to_vec(), "embedded")
-                }
-            };
-            match image::load_from_memory(&bytes) {
-                Ok(decoded) => {
-                    let rgba = decoded.into_rgba8();
-                    let (width, height) = rgba.dimensions();
-                    let name = image.name().unwrap_or(label).to_owned();
-                    Ok(Image { name, width, height, rgba: rgba.into_raw() })
-                }
-                Err(error) => fail(&self.path, &what, format!("cannot decode {}: {error}", shortened(label))),
-            }
-        };
-        self.document.images().map(decode).collect()
-    }
-
-    fn view_bytes(&self, view: &gltf::buffer::View<'_>, what: &str) -> Result<&[u8]> {
+    pub fn view_bytes(&self, view: &gltf::buffer::View<'_>, what: &str) -> Result<&[u8]> {
         let buffer = &self.buffers[view.buffer().index()];
         let end = view.offset().checked_add(view.length());
         match end.and_then(|end| buffer.get(view.offset()..end)) {
@@ -133,6 +98,7 @@ impl File {
         convert: impl Fn(&[u8]) -> T,
     ) -> Result<Vec<T>> {
         let (size, count) = (accessor.size(), accessor.count());
+        self.budget.elements(count, &self.path, what)?;
         let zero = vec![0; size];
         let mut elements = match accessor.view() {
             Some(view) => {
@@ -144,8 +110,14 @@ impl File {
                     None => return self.too_long(accessor, count, what),
                 }
             }
-            // Without a view all is zero; no file needs more of that than its sparse values cover.
-            None if accessor.sparse().is_some() && count <= 1 << 24 => vec![convert(&zero); count],
+            // Without a view all is zero. Whatever else there is of as many elements has a byte for each.
+            None if accessor.sparse().is_some() => match self.buffers.iter().map(Vec::len).sum() {
+                bytes if count > bytes => {
+                    let reason = format!("{} has {count} elements, the file {bytes} bytes", label(accessor));
+                    return fail(&self.path, what, reason);
+                }
+                _ => vec![convert(&zero); count],
+            },
             None => return fail(&self.path, what, format!("{} has no buffer view", label(accessor))),
         };
         if let Some(sparse) = accessor.sparse() {
@@ -215,28 +187,4 @@ fn number(kind: DataType, normalized: bool, bytes: &[u8]) -> f32 {
         _ => (unsigned(bytes) as f32, 4_294_967_295.0),
     };
     if normalized { (value / largest).max(-1.0) } else { value }
-}
-
-fn percent_decoded(uri: &str) -> PathBuf {
-    let mut bytes = Vec::with_capacity(uri.len());
-    let mut rest = uri.as_bytes();
-    while let Some((&first, tail)) = rest.split_first() {
-        let hex = tail.get(..2).and_then(|h| std::str::from_utf8(h).ok());
-        match hex.and_then(|h| u8::from_str_radix(h, 16).ok()).filter(|_| first == b'%') {
-            Some(byte) => {
-                bytes.push(byte);
-                rest = &tail[2..];
-            }
-            None => {
-                bytes.push(first);
-                rest = tail;
-            }
-        }
-    }
-    String::from_utf8_lossy(&bytes).into_owned().into()
-}
-
-/// A data URI may be megabytes long.
-fn shortened(label: &str) -> &str {
-    if label.starts_with("data:") { "its data URI" } else { label }
 }
