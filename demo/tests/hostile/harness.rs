@@ -47,9 +47,9 @@ pub struct Limits {
     pub memory: usize,
 }
 
-/// What every case of the fuzz targets gets. They start from files of kilobytes: of 200 000 cases the largest held 0.9 MB, and a
-/// tile, which OpenEXR allows to be larger than its image, may have 16 MiB. The slowest took tens of milliseconds, so that 10 s
-/// are a hang on a busy machine too.
+/// What every case of the fuzz targets gets. They start from files of kilobytes: of 130 000 cases the largest held 0.9 MB, and a
+/// tile, which OpenEXR allows to be larger than its image, may have 16 MiB. 13 000 cases take some tens of seconds on a busy
+/// machine, so 10 s for one are a hang.
 pub const LIMITS: Limits = Limits { time: Duration::from_secs(10), memory: 32 << 20 };
 
 pub type Check = std::result::Result<(), String>;
