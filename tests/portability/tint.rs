@@ -80,7 +80,8 @@ pub fn complaints(pipelines: &[Pipeline<'_>]) -> Vec<(String, String)> {
 pub fn assert_accepts(pipelines: &[Pipeline<'_>]) {
     let complaints: Vec<_> =
         complaints(pipelines).into_iter().filter(|(_, complaint)| !complaint.is_empty()).collect();
-    let lines: String = complaints.iter().map(|(name, complaint)| format!("  {name}: {complaint}\n")).collect();
+    let lines: String =
+        complaints.iter().map(|(name, complaint)| format!("  {name}: {complaint}\n")).collect();
     assert!(lines.is_empty(), "Tint, the browser's validator, says:\n{lines}");
 }
 

@@ -5,9 +5,7 @@ use crate::gpu::{blank, download, gpu, upload};
 use crate::mirror::mirrored;
 use crate::sequence::{Light, lit_walk, psnr, read_output, submit};
 use glam::Vec3;
-use quell::{
-    Budget, Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode, Pipelines, SampleMap, Settings,
-};
+use quell::{Budget, Denoiser, DenoiserDescriptor, HistoryMode, Pipelines, SampleMap, Settings};
 use std::sync::Arc;
 use wgpu::TextureFormat;
 
@@ -59,7 +57,7 @@ pub fn render(walk: Walk, pipelines: &Arc<Pipelines>) -> Vec<Frame> {
         _ => {}
     }
     let light = |i| if i < SWITCH { Light::ON } else { Light::all(0.4) };
-    let size = DenoiserDescriptor { width: SIZE[0], height: SIZE[1] };
+    let size = DenoiserDescriptor::new(SIZE[0], SIZE[1]);
     let mut denoiser = Denoiser::with_pipelines(&gpu().device, &size, Arc::clone(pipelines)).unwrap();
     let frames = lit_walk(SIZE, FRAMES, Vec3::new(0.04, 0.01, -0.05), seed, light).enumerate();
     let even = |texel: [f32; 4]| {
@@ -89,12 +87,11 @@ pub fn render(walk: Walk, pipelines: &Arc<Pipelines>) -> Vec<Frame> {
             let specular_albedo = even([0.4, 0.5, 0.6, 1.0]);
             let samples = blank(SIZE, TextureFormat::R32Uint);
             let history = if i as u32 == CUT { HistoryMode::Restart } else { HistoryMode::Continue };
-            let inputs = FrameInputs {
-                emission: (walk != Walk::Split).then_some(&emission),
-                specular_albedo: (walk == Walk::Split).then_some(&specular_albedo),
-                sample_map: Some(SampleMap { view: &samples, samples_per_pixel: 0.5, dark_level: 0.1 }),
-                ..images.inputs(frame.camera, history)
-            };
+            let inputs = images
+                .inputs(frame.camera, history)
+                .with_emission((walk != Walk::Split).then_some(&emission))
+                .with_specular_albedo((walk == Walk::Split).then_some(&specular_albedo))
+                .with_sample_map(SampleMap { view: &samples, samples_per_pixel: 0.5, dark_level: 0.1 });
             submit(&mut denoiser, &inputs, &settings);
             let output = read_output(&images.output);
             // Two drivers that show nothing would agree.
