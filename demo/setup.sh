@@ -33,6 +33,23 @@ has_browser() { # under one of the names that demo/tests/browser looks for
     command -v chromium || command -v chromium-browser || command -v google-chrome || command -v google-chrome-stable
 } >/dev/null
 
+# What tests/portability needs besides: the browser's validator runs in Node, and Debian's Chromium has another Vulkan driver. Each
+# is looked for by itself, because other packages than Debian's may have brought it.
+setup_portability() {
+    command -v node >/dev/null || install_for "Node, for the browser's shader validator" nodejs
+    command -v npm >/dev/null || install_for "npm, for the browser's shader validator" npm
+    has_swiftshader || install_for "SwiftShader, to compare drivers" chromium-common
+}
+
+has_swiftshader() { # where tests/portability/drivers.rs looks for it
+    local folder
+    [ -z "${QUELL_SWIFTSHADER_ICD:-}" ] || return 0
+    for folder in /usr/lib/chromium /usr/lib64/chromium /usr/lib/chromium-browser /usr/lib64/chromium-browser /opt/google/chrome; do
+        [ ! -f "$folder/vk_swiftshader_icd.json" ] || return 0
+    done
+    return 1
+}
+
 setup() { # any | cpu: which Vulkan driver will do
     command -v cargo >/dev/null || export PATH="$HOME/.cargo/bin:$PATH"
     command -v cargo >/dev/null || fail "cargo not found; install Rust from https://rustup.rs"

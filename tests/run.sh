@@ -7,6 +7,7 @@ cd "$(dirname "$0")/.."
 . demo/setup.sh
 setup cpu
 has_browser || install_for "a browser, for the test of the report's page" chromium
+setup_portability
 export QUELL_ADAPTER=${QUELL_ADAPTER:-llvmpipe}
 [ $# -gt 0 ] || set -- --workspace
 exec cargo test --locked "$@"

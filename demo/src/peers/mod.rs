@@ -5,7 +5,7 @@ mod accumulate;
 mod antialias;
 mod bmfr;
 mod frame;
-mod shaders;
+pub mod shaders;
 mod svgf;
 
 pub use accumulate::Accumulate;

@@ -35,7 +35,15 @@ const INCLUDES: [(&str, &str); 11] = wgsl_files![
 /// Edge of the square workgroup of every pass that works pixel by pixel.
 const WORKGROUP: u32 = 8;
 
+/// Names of the passes.
+pub fn passes() -> impl Iterator<Item = &'static str> {
+    PASSES.into_iter().map(|(name, _)| name)
+}
+
 /// The WGSL of a pass with everything it includes.
+///
+/// # Panics
+/// For a name that is no pass.
 pub fn source(name: &str) -> String {
     let found = PASSES.into_iter().find(|(file, _)| *file == name);
     // The tests join all of them.

@@ -5,6 +5,8 @@ mod sampling;
 mod scenes;
 mod shaders;
 mod split;
+#[path = "../../../tests/portability/tint.rs"]
+mod tint;
 
 use glam::{Affine3A, Vec2, Vec3, Vec4, vec2, vec3};
 use quell_demo::gbuffer::GBuffer;

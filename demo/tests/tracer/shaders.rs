@@ -1,6 +1,7 @@
 //! Every shader is valid with no optional capability and within WebGPU's default limits.
 
-use quell_demo::tracer::shaders;
+use crate::tint::{Pipeline, Stages, assert_accepts, complaints};
+use quell_demo::{peers, tracer::shaders};
 use std::path::{Path, PathBuf};
 use wgpu::naga;
 
@@ -75,3 +76,44 @@ fn check_limits(pass: &str, module: &naga::Module) {
 fn a_missing_include_is_noticed() {
     assert!(shaders::source("no such pass").is_none());
 }
+
+/// The shader that draws; the others compute.
+fn display(wgsl: &str) -> Pipeline<'static> {
+    let stages = Stages::Render { vertex: "vertex", fragment: "fragment" };
+    Pipeline { name: "display".into(), wgsl: wgsl.into(), stages, constants: &[] }
+}
+
+#[test]
+fn the_browser_accepts_every_shader() {
+    let compute = |name: &'static str, wgsl, constants| Pipeline {
+        name: name.into(),
+        wgsl,
+        stages: Stages::Compute(name),
+        constants,
+    };
+    let tracer = shaders::passes().map(|name| compute(name, shaders::source(name).unwrap(), &[]));
+    let peers = peers::shaders::passes().flat_map(|name| {
+        let wgsl = peers::shaders::source(name);
+        // The one constant there is; each level of the filter steps wider.
+        let is_stepped = wgsl.contains("override STEP");
+        let steps: &[&[(&str, f64)]] =
+            if is_stepped { &[&[("STEP", 1.0)], &[("STEP", 16.0)]] } else { &[&[]] };
+        steps.iter().map(move |constants| compute(name, wgsl.clone(), constants))
+    });
+    let pipelines: Vec<_> = tracer.chain(peers).chain([display(DISPLAY)]).collect();
+    assert!(pipelines.len() > shaders::passes().count() + peers::shaders::passes().count() + 1);
+    assert_accepts(&pipelines);
+}
+
+#[test]
+fn the_browser_refuses_a_derivative_that_some_pixels_miss() {
+    let entry = "@fragment\nfn fragment(in: Vertex) -> @location(0) vec4<f32> {";
+    assert!(DISPLAY.contains(entry));
+    let wrong =
+        DISPLAY.replace(entry, &format!("{entry}\n if in.uv.x > 0.5 {{ return vec4(dpdx(in.uv.x)); }}"));
+    validated("display", &wrong);
+    let found = complaints(&[display(&wrong)]).remove(0).1;
+    assert!(found.contains("uniform control flow"), "{found}");
+}
+
+const DISPLAY: &str = include_str!("../../shaders/display.wgsl");
