@@ -85,7 +85,10 @@ fn show(pixel: vec2<u32>, found: vec3<f32>, found_deviation: f32, share: f32) {
     let is_rest = has(frame, FLAG_SPLIT) && !IS_SPECULAR;
     let alpha = select(1.0, min(deviation, HALF_MAX), is_rest);
     let texel = select(frame.origin, vec2(0u), is_rest) + pixel; // the rest is no image of the caller's
-    textureStore(output, texel, vec4(min(radiance, vec3(HALF_MAX)), alpha));
+    let composed = vec4(min(radiance, vec3(HALF_MAX)), alpha);
+    // A store may round either way; some drivers always cut off.
+    let rounded = vec4(unpack2x16float(pack2x16float(composed.rg)), unpack2x16float(pack2x16float(composed.ba)));
+    textureStore(output, texel, rounded);
     if has(frame, FLAG_ERROR) {
         textureStore(error, pixel, vec4(pack_error(OutputError(deviation, luminance(radiance)))));
     }

@@ -64,7 +64,15 @@ impl Denoiser {
     /// then.
     pub fn new(device: &wgpu::Device, descriptor: &DenoiserDescriptor) -> Result<Self, CreateError> {
         layout::check(device, descriptor)?;
-        Self::with_pipelines(device, descriptor, Arc::new(Pipelines::new(device)?))
+        #[cfg_attr(
+            target_arch = "wasm32",
+            expect(
+                clippy::arc_with_non_send_sync,
+                reason = "wgpu's types stay on their thread in a browser"
+            )
+        )]
+        let pipelines = Arc::new(Pipelines::new(device)?);
+        Self::with_pipelines(device, descriptor, pipelines)
     }
 
     /// As [`Denoiser::new`], with the pipelines of another denoiser on the same device: for several cameras, two eyes or a

@@ -1,5 +1,6 @@
 //! The library's test suite: one binary, on the CPU adapter where there is one.
 
+mod api;
 mod budget;
 mod conventions;
 mod edge_cases;
