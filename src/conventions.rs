@@ -177,6 +177,13 @@ impl Conventions {
         }
     }
 
+    /// Whether depth or normals need more than to be read.
+    pub(crate) fn decodes(&self) -> bool {
+        self.depth != DepthEncoding::Linear
+            || self.normal_encoding != NormalEncoding::Signed
+            || self.normal_space != NormalSpace::World
+    }
+
     /// The same camera with a right-handed view space.
     pub(crate) fn right_handed(&self, camera: &Camera) -> Camera {
         let flip = match self.handedness {

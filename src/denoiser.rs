@@ -3,7 +3,7 @@
 use crate::gpu::{Recorder, catch, check_alive, image, uniform_buffer};
 use crate::guides::Guides;
 use crate::pacing::Pacing;
-use crate::passes::Pipelines;
+use crate::passes::{Pipelines, Variant};
 use crate::recording::Recording;
 use crate::scratch::Scratch;
 use crate::signal::Signal;
@@ -176,14 +176,16 @@ impl Denoiser {
             self.specular = Some(catch(device, || Specular::new(device, self.size))?);
         }
         let (limit, notice) = self.limit(device, queue, inputs, settings);
+        let decodes = settings.conventions.decodes();
         let specular = match &self.specular {
-            Some(specular) if is_split => Some((specular, self.pipelines.specular(device)?)),
+            Some(specular) if is_split => {
+                Some((specular, self.pipelines.signal(device, Variant::Specular, decodes)?))
+            }
             _ => None,
         };
-        let passes = match inputs.hit_distance {
-            Some(_) if !is_split => self.pipelines.reflections(device)?,
-            _ => &self.pipelines.signal,
-        };
+        let follows_reflections = inputs.hit_distance.is_some() && !is_split;
+        let variant = if follows_reflections { Variant::Reflections } else { Variant::Radiance };
+        let passes = self.pipelines.signal(device, variant, decodes)?;
         let recording = Recording {
             pipelines: &self.pipelines,
             guides: &self.guides,

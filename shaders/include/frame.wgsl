@@ -72,6 +72,8 @@ const FLAG_NORMAL_MIRRORED = 4194304u;  // along z
 // Whether the pass works on the radiance that left the first hit through the specular lobe. Compiled apart, so that it costs
 // nothing where there is one signal.
 override IS_SPECULAR = false;
+// Whether the caller's depth and normals are written down otherwise than quell's. Compiled apart as well.
+override DECODES = false;
 // Whether the signal is one, and hit distances tell what is seen in surfaces. Compiled apart as well.
 override HAS_REFLECTIONS = false;
 

@@ -29,20 +29,30 @@ fn read_surface(pixel: vec2<u32>) -> Surface {
 fn view_depth_at(pixel: vec2<u32>) -> f32 {
     let stored = textureLoad(depth, frame.origin + pixel, 0).x;
     var found = stored;
-    var is_hit = is_finite(stored);
+    if DECODES {
+        found = decode_depth(pixel, stored);
+    }
+    return select(0.0, found, is_finite(found) && found > 0.0 && found < min(frame.far, LARGEST_DEPTH));
+}
+
+fn decode_depth(pixel: vec2<u32>, stored: f32) -> f32 {
     if has(frame, FLAG_DEPTH_HARDWARE) {
         // What was cleared lies at the far end.
-        is_hit = is_hit && select(1.0 - stored, stored, has(frame, FLAG_DEPTH_REVERSED)) > 0.0;
+        let is_hit = select(1.0 - stored, stored, has(frame, FLAG_DEPTH_REVERSED)) > 0.0;
         let c = frame.unprojection;
-        found = (c.x + c.y * stored) / (c.z + c.w * stored);
-    } else if has(frame, FLAG_DEPTH_DISTANCE) {
-        found = stored / ray_length(frame.current, position_of(frame.current, vec2<f32>(pixel), 1.0));
+        return select(0.0, (c.x + c.y * stored) / (c.z + c.w * stored), is_hit);
     }
-    return select(0.0, found, is_hit && is_finite(found) && found > 0.0 && found < min(frame.far, LARGEST_DEPTH));
+    if has(frame, FLAG_DEPTH_DISTANCE) {
+        return stored / ray_length(frame.current, position_of(frame.current, vec2<f32>(pixel), 1.0));
+    }
+    return stored;
 }
 
 // World-space unit normal of what the caller gives.
 fn decode_normal(stored: vec3<f32>) -> vec3<f32> {
+    if !DECODES {
+        return repair_normal(stored);
+    }
     var n = select(stored, 2.0 * stored - 1.0, has(frame, FLAG_NORMAL_UNSIGNED));
     if has(frame, FLAG_NORMAL_OCTAHEDRAL) {
         n = octahedral_decode(n.xy);

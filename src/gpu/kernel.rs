@@ -49,6 +49,9 @@ pub const SPECULAR: &Constants = &[("IS_SPECULAR", 1.0)];
 /// For radiance in one with hit distances.
 pub const REFLECTIONS: &Constants = &[("HAS_REFLECTIONS", 1.0)];
 
+/// For conventions of depth and normals other than quell's own.
+pub const DECODING: &Constants = &[("DECODES", 1.0)];
+
 /// A compiled pass.
 #[derive(Clone)]
 pub struct Kernel {

@@ -8,7 +8,7 @@ mod uniforms;
 
 pub use failure::{catch, check_alive, uniform_buffer};
 pub use kernel::{
-    Binding, Compiler, Constants, Kernel, KernelDescriptor, Kind, REFLECTIONS, Recorder, SPECULAR,
+    Binding, Compiler, Constants, DECODING, Kernel, KernelDescriptor, Kind, REFLECTIONS, Recorder, SPECULAR,
 };
 pub use resources::{buffer, image, words};
 pub use shader::assemble;

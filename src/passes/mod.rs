@@ -15,7 +15,9 @@ pub mod sample_map;
 pub mod sample_rate;
 
 use crate::DeviceError;
-use crate::gpu::{Compiler, KernelDescriptor, catch, check_alive};
+use crate::gpu::{
+    Compiler, Constants, DECODING, KernelDescriptor, REFLECTIONS, SPECULAR, catch, check_alive,
+};
 use std::sync::OnceLock;
 
 /// All kernels in the order they run; `centres`, `gains` and `choose` run within the pass `fit`, `sample_gains` and `sample_rate`
@@ -40,20 +42,31 @@ pub const ALL: [&KernelDescriptor; 13] = [
 pub const SPECULAR_KERNELS: [&KernelDescriptor; 4] =
     [&reproject::DESCRIPTOR, &accumulate::DESCRIPTOR, &predict::DESCRIPTOR, &compose::DESCRIPTOR];
 
-/// All passes, compiled; those of the specular signal, and those that use hit distances, when they are first needed.
-/// Denoisers of several cameras can share one set.
+/// All passes, compiled; those that few frames need, when they are first needed: for the specular signal, for hit distances, for
+/// conventions other than quell's own. Denoisers of several cameras can share one set.
 #[derive(Debug)]
 pub struct Pipelines {
-    pub(crate) signal: SignalPasses,
-    specular: OnceLock<SignalPasses>,
-    reflections: OnceLock<SignalPasses>,
+    signal: SignalPasses,
+    /// By variant, then by whether conventions are others.
+    variants: [[OnceLock<SignalPasses>; 2]; 3],
     pub(crate) sample_map: sample_map::SampleMap,
     pub(crate) debug_view: debug_view::DebugView,
     cache: Option<wgpu::PipelineCache>,
 }
 
+/// What passes are compiled for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Variant {
+    /// The radiance in one, or what of it is not specular.
+    Radiance,
+    /// The specular signal.
+    Specular,
+    /// The radiance in one with hit distances.
+    Reflections,
+}
+
 /// What denoises one signal.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct SignalPasses {
     pub reproject: reproject::Reproject,
     pub innovation: innovation::Innovation,
@@ -86,56 +99,58 @@ impl Pipelines {
         let compiler = Compiler { device, cache };
         catch(device, || Self {
             signal: SignalPasses {
-                reproject: reproject::Reproject::new(compiler),
+                reproject: reproject::Reproject::new(compiler, &[]),
                 innovation: innovation::Innovation::new(compiler),
                 accumulate: accumulate::Accumulate::new(compiler),
                 fit: fit::Fit::new(compiler),
                 predict: predict::Predict::new(compiler),
                 compose: compose::Compose::new(compiler),
             },
-            specular: OnceLock::new(),
-            reflections: OnceLock::new(),
+            variants: Default::default(),
             sample_map: sample_map::SampleMap::new(compiler),
             debug_view: debug_view::DebugView::new(compiler),
             cache: cache.cloned(),
         })
     }
 
-    /// What denoises the specular signal; compiled by the first call.
-    pub(crate) fn specular(&self, device: &wgpu::Device) -> Result<&SignalPasses, DeviceError> {
-        self.variant(device, &self.specular, |compiler| SignalPasses {
-            reproject: reproject::Reproject::specular(compiler),
-            innovation: self.signal.innovation.clone(),
-            accumulate: accumulate::Accumulate::specular(compiler),
-            fit: self.signal.fit.clone(),
-            predict: predict::Predict::specular(compiler),
-            compose: compose::Compose::specular(compiler),
-        })
-    }
-
-    /// What denoises radiance in one with hit distances; compiled by the first call.
-    pub(crate) fn reflections(&self, device: &wgpu::Device) -> Result<&SignalPasses, DeviceError> {
-        self.variant(device, &self.reflections, |compiler| SignalPasses {
-            reproject: reproject::Reproject::with_reflections(compiler),
-            innovation: self.signal.innovation.clone(),
-            accumulate: self.signal.accumulate.clone(),
-            fit: self.signal.fit.clone(),
-            predict: self.signal.predict.clone(),
-            compose: self.signal.compose.clone(),
-        })
-    }
-
-    /// What failed to compile is not kept.
-    fn variant<'a>(
-        &'a self,
+    /// What denoises one signal, where `decodes` tells whether conventions are other than quell's own; compiled by the first call.
+    pub(crate) fn signal(
+        &self,
         device: &wgpu::Device,
-        compiled: &'a OnceLock<SignalPasses>,
-        compile: impl FnOnce(Compiler<'_>) -> SignalPasses,
-    ) -> Result<&'a SignalPasses, DeviceError> {
+        variant: Variant,
+        decodes: bool,
+    ) -> Result<&SignalPasses, DeviceError> {
+        if variant == Variant::Radiance && !decodes {
+            return Ok(&self.signal);
+        }
+        let compiled = &self.variants[variant as usize][usize::from(decodes)];
         if let Some(passes) = compiled.get() {
             return Ok(passes);
         }
-        let passes = catch(device, || compile(Compiler { device, cache: self.cache.as_ref() }))?;
+        let compiler = Compiler { device, cache: self.cache.as_ref() };
+        // What failed to compile is not kept.
+        let passes = catch(device, || self.compile(compiler, variant, decodes))?;
         Ok(compiled.get_or_init(|| passes))
+    }
+
+    /// Compiles what differs from the passes that every frame needs.
+    fn compile(&self, compiler: Compiler<'_>, variant: Variant, decodes: bool) -> SignalPasses {
+        let of_signal: &Constants = match variant {
+            Variant::Radiance => &[],
+            Variant::Specular => SPECULAR,
+            Variant::Reflections => REFLECTIONS,
+        };
+        let of_conventions = if decodes { DECODING } else { &[] };
+        let reproject = reproject::Reproject::new(compiler, &[of_signal, of_conventions].concat());
+        let plain = SignalPasses { reproject, ..self.signal.clone() };
+        if variant != Variant::Specular {
+            return plain;
+        }
+        SignalPasses {
+            accumulate: accumulate::Accumulate::specular(compiler),
+            predict: predict::Predict::specular(compiler),
+            compose: compose::Compose::specular(compiler),
+            ..plain
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Fetches each pixel's history. See `shaders/reproject.wgsl`.
 
-use crate::gpu::{Compiler, Kernel, KernelDescriptor, Kind, REFLECTIONS, Recorder, SPECULAR};
+use crate::gpu::{Compiler, Constants, Kernel, KernelDescriptor, Kind, Recorder};
 use wgpu::{BindingResource, Buffer, TextureFormat, TextureView};
 
 /// What the pass is made of.
@@ -57,23 +57,13 @@ pub struct ReprojectViews<'a> {
 }
 
 /// The pass.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Reproject(Kernel);
 
 impl Reproject {
-    /// Compiles the pass.
-    pub fn new<'a>(compiler: impl Into<Compiler<'a>>) -> Self {
-        Self(Kernel::new(compiler, &DESCRIPTOR))
-    }
-
-    /// Compiles the pass for the specular signal.
-    pub fn specular<'a>(compiler: impl Into<Compiler<'a>>) -> Self {
-        Self(Kernel::with(compiler, &DESCRIPTOR, SPECULAR))
-    }
-
-    /// Compiles the pass for radiance in one with hit distances.
-    pub fn with_reflections<'a>(compiler: impl Into<Compiler<'a>>) -> Self {
-        Self(Kernel::with(compiler, &DESCRIPTOR, REFLECTIONS))
+    /// Compiles the pass: as it is, for the specular signal, for hit distances, for other conventions.
+    pub fn new<'a>(compiler: impl Into<Compiler<'a>>, constants: &Constants) -> Self {
+        Self(Kernel::with(compiler, &DESCRIPTOR, constants))
     }
 
     /// Records the pass over `extent` pixels.

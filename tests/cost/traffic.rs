@@ -42,10 +42,11 @@ impl AddAssign for Bytes {
 }
 
 /// The caller's images: smallest format, none for an optional image; largest format. As `FrameInputs` documents them.
-const CALLERS: [(&str, Option<TextureFormat>, TextureFormat); 12] = [
+const CALLERS: [(&str, Option<TextureFormat>, TextureFormat); 13] = [
     ("radiance", Some(TextureFormat::Rgba16Float), TextureFormat::Rgba32Float),
     ("albedo", Some(TextureFormat::Rgba8Unorm), TextureFormat::Rgba16Float),
     ("normal_roughness", Some(TextureFormat::Rgba8Snorm), TextureFormat::Rgba16Float),
+    ("roughness", None, TextureFormat::R32Float),
     ("depth", Some(TextureFormat::R32Float), TextureFormat::R32Float),
     ("motion", Some(TextureFormat::Rg16Float), TextureFormat::Rgba16Float),
     ("surface_id", None, TextureFormat::R32Uint),

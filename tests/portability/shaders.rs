@@ -1,7 +1,7 @@
 //! Every pipeline of the library through the browser's validator, and proof that it would refuse a wrong one.
 
 use crate::tint::{Pipeline, Stages, assert_accepts, complaints};
-use quell::gpu::{Constants, KernelDescriptor, REFLECTIONS, SPECULAR, assemble};
+use quell::gpu::{Constants, DECODING, KernelDescriptor, REFLECTIONS, SPECULAR, assemble};
 use quell::passes::{ALL, SPECULAR_KERNELS, reproject};
 use wgpu::naga;
 
@@ -15,9 +15,10 @@ fn the_browser_accepts_every_shader() {
     };
     let plain = ALL.iter().map(|pass| pipeline("", &[], pass));
     let specular = SPECULAR_KERNELS.iter().map(|pass| pipeline("specular ", SPECULAR, pass));
-    let reflections = pipeline("reflections ", REFLECTIONS, &reproject::DESCRIPTOR);
-    let pipelines: Vec<_> = plain.chain(specular).chain([reflections]).collect();
-    assert_eq!(pipelines.len(), ALL.len() + SPECULAR_KERNELS.len() + 1);
+    let others = [("reflections ", REFLECTIONS), ("decoding ", DECODING)];
+    let others = others.map(|(prefix, constants)| pipeline(prefix, constants, &reproject::DESCRIPTOR));
+    let pipelines: Vec<_> = plain.chain(specular).chain(others).collect();
+    assert_eq!(pipelines.len(), ALL.len() + SPECULAR_KERNELS.len() + 2);
     assert_accepts(&pipelines);
 }
 

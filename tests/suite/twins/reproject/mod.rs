@@ -12,7 +12,7 @@ use crate::sequence::{Frame, frame, jittered_frame};
 use glam::{Vec2, Vec3};
 use half::f16;
 use history::{Previous, fetch, find_origin};
-use quell::gpu::{FrameUniforms, flags};
+use quell::gpu::{FrameUniforms, REFLECTIONS, SPECULAR, flags};
 use quell::layout::{self, INNOVATIONS};
 use quell::passes::reproject::{Reproject, ReprojectViews};
 use rand::{Rng, SeedableRng, rngs::StdRng};
@@ -57,9 +57,9 @@ fn run_pass(
     let is_specular = !now.specular.is_empty();
     let device = &gpu().device;
     let pass = match (is_specular, now.hit_distance.is_empty()) {
-        (true, _) => Reproject::specular(device),
-        (false, false) => Reproject::with_reflections(device),
-        (false, true) => Reproject::new(device),
+        (true, _) => Reproject::new(device, SPECULAR),
+        (false, false) => Reproject::new(device, REFLECTIONS),
+        (false, true) => Reproject::new(device, &[]),
     };
     run(&u, |recorder| {
         let views = ReprojectViews {
