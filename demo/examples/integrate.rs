@@ -253,13 +253,7 @@ impl Renderer {
         self.compute(encoder, &self.trace, frame, &views);
     }
 
-    pub fn compute(
-        &self,
-        encoder: &mut Encoder,
-        pipeline: &ComputePipeline,
-        frame: &Frame,
-        rest: &[Resource],
-    ) {
+    fn compute(&self, encoder: &mut Encoder, pipeline: &ComputePipeline, frame: &Frame, rest: &[Resource]) {
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &self.bind(pipeline.get_bind_group_layout(0), frame, rest), &[]);
