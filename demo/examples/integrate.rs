@@ -40,7 +40,7 @@ fn main() -> Result<()> {
         let (frame, camera) = Frame::new(i, size);
         let mut encoder = renderer.device.create_command_encoder(&Default::default());
         renderer.draw(&mut encoder, &frame, images.gbuffer(), &images.depth_buffer);
-        renderer.trace(&mut encoder, &frame, images.gbuffer(), &images.noisy);
+        renderer.trace(&mut encoder, &frame, &images.gbuffer()[..3], &images.noisy);
         denoise(&renderer, &mut encoder, &mut denoiser, &images, camera)?;
         renderer.queue.submit([encoder.finish()]);
     }
@@ -49,7 +49,7 @@ fn main() -> Result<()> {
     let reference = renderer.image(size, Format::Rgba16Float, Usages::STORAGE_BINDING);
     let frame = Frame { samples: 512, ..Frame::new(frames - 1, size).0 };
     let mut encoder = renderer.device.create_command_encoder(&Default::default());
-    renderer.trace(&mut encoder, &frame, images.gbuffer(), &reference);
+    renderer.trace(&mut encoder, &frame, &images.gbuffer()[..3], &reference);
     renderer.queue.submit([encoder.finish()]);
     let reference = renderer.picture(&frame, &reference)?;
     reference.save(out.join("reference.png"))?;
@@ -247,10 +247,10 @@ impl Renderer {
         pass.draw(0..36, 0..6);
     }
 
-    pub fn trace(&self, encoder: &mut Encoder, frame: &Frame, gbuffer: [&View; 4], radiance: &View) {
-        let [albedo, normal_roughness, depth, _] = gbuffer;
-        let views = [albedo, normal_roughness, depth, radiance].map(Resource::TextureView);
-        self.compute(encoder, &self.trace, frame, &views);
+    /// From albedo, normals and depth.
+    pub fn trace(&self, encoder: &mut Encoder, frame: &Frame, surface: &[&View], radiance: &View) {
+        let views = surface.iter().chain([&radiance]).map(|view| Resource::TextureView(view));
+        self.compute(encoder, &self.trace, frame, &views.collect::<Vec<_>>());
     }
 
     fn compute(&self, encoder: &mut Encoder, pipeline: &ComputePipeline, frame: &Frame, rest: &[Resource]) {

@@ -68,7 +68,7 @@ fn main() -> Result<()> {
         let [own, other] = views(i, size);
         let mut encoder = device.create_command_encoder(&Default::default());
         renderer.draw(&mut encoder, &own.frame, own_images.gbuffer(), &own_images.depth_buffer);
-        renderer.trace(&mut encoder, &own.frame, own_images.gbuffer(), &own_images.noisy);
+        renderer.trace(&mut encoder, &own.frame, &own_images.gbuffer()[..3], &own_images.noisy);
         engine.draw(&renderer, &mut encoder, &other.frame);
 
         let own_inputs = RequiredInputs {
