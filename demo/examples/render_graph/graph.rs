@@ -1,8 +1,8 @@
 //! A frame as nodes that declare what they read and write. From that follow their order, which of them are needed at all, and how
 //! long each texture lives. Built anew in every frame; what outlives a frame belongs to whoever adds the nodes.
 
-use crate::pool::{Key, Pool};
-use anyhow::Context;
+use super::pool::{Key, Pool};
+use anyhow::{Context, ensure};
 use std::collections::{HashMap, HashSet};
 use thiserror::Error;
 use wgpu::{CommandEncoder, TextureFormat, TextureUsages, TextureView};
@@ -71,7 +71,7 @@ pub enum GraphError {
 /// The nodes that are needed, in order, each with the textures that nobody needs after it.
 #[derive(Debug, PartialEq)]
 pub struct Plan {
-    steps: Vec<(usize, Vec<Name>)>,
+    pub steps: Vec<(usize, Vec<Name>)>,
 }
 
 #[derive(Default)]
@@ -80,17 +80,20 @@ pub struct Graph<'a> {
     imported: HashMap<Name, &'a TextureView>,
 }
 
-/// The textures that exist while a node is recorded.
+/// The textures that a node declared.
 #[derive(Default)]
 pub struct Textures<'a> {
     transient: HashMap<Name, (Key, TextureView)>,
     imported: HashMap<Name, &'a TextureView>,
+    declared: HashSet<Name>,
 }
 
 impl Textures<'_> {
     pub fn get(&self, name: Name) -> anyhow::Result<&TextureView> {
+        // Others may exist, but nobody would keep them.
+        ensure!(self.declared.contains(name), "does not declare `{name}`");
         let transient = self.transient.get(name).map(|(_, view)| view);
-        transient.or(self.imported.get(name).copied()).with_context(|| format!("no texture `{name}` here"))
+        transient.or(self.imported.get(name).copied()).with_context(|| format!("there is no `{name}`"))
     }
 }
 
@@ -148,10 +151,13 @@ impl<'a> Graph<'a> {
         device: &wgpu::Device,
         encoder: &mut CommandEncoder,
     ) -> anyhow::Result<()> {
-        let mut textures = Textures { transient: HashMap::new(), imported: self.imported };
+        let mut textures = Textures { imported: self.imported, ..Textures::default() };
         let mut nodes: Vec<_> = self.nodes.into_iter().map(Some).collect();
         for (node, last_needed) in plan.steps {
-            let Node { name, creates, record, .. } = nodes[node].take().context("a node is planned twice")?;
+            let node = nodes[node].take().context("a node is planned twice")?;
+            let Node { name, reads, creates, writes, record } = node;
+            textures.declared =
+                reads.into_iter().chain(writes).chain(creates.iter().map(|&(t, _)| t)).collect();
             for (texture, Transient { format, usage, shrink }) in creates {
                 let key = Key { size: size.map(|side| side.div_ceil(shrink)), format, usage };
                 textures.transient.insert(texture, (key, pool.acquire(key, || key.create(device))));
