@@ -1,6 +1,6 @@
 //! The smallest integration of quell: a raster G-buffer, one noisy ray-traced effect, quell, tonemapping. Needs no window.
 //!
-//! `cargo run -p quell-demo --example integrate [-- --out DIR --frames N --size WxH]`
+//! `cargo run -p quell-demo --example integrate [-- --out DIR --frames N --size WxH]`; wgpu's `WGPU_ADAPTER_NAME` picks the GPU.
 //!
 //! [`Denoiser::new`] in `main` and [`denoise`] are all of quell. The rest is a renderer, whose shaders are in `boxes.wgsl`.
 

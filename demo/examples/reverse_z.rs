@@ -24,8 +24,9 @@ use wgpu::{
     Color, LoadOp, Operations, StoreOp, TextureFormat as Format, TextureUsages as Usages, TextureView,
 };
 
-/// How alike both outputs must be, as shown in 8 bits. They differ by how half floats and depth buffers round.
-const ALIKE_DB: f64 = 60.0;
+/// How alike both outputs must be, as shown in 8 bits. They are 72 to 74 dB: numbers are rounded otherwise. The least of the
+/// mistakes makes 65 of it.
+const ALIKE_DB: f64 = 68.0;
 
 #[derive(Parser)]
 struct Args {
