@@ -110,8 +110,9 @@ fn an_engine_with_other_conventions_gets_the_same_image() {
     for mistake in ["motion-unit", "motion-direction", "motion-jitter", "normal-space"] {
         assert_fails(&mistaken(mistake), 1, "a convention is told wrong");
     }
-    assert_fails(&mistaken("depth"), 1, "image `depth` has format Depth32Float");
-    assert_fails(&mistaken("normal-encoding"), 1, "image `normal_roughness` has format Rg16Float");
+    assert_fails(&mistaken("depth"), 1, "Depth32Float");
+    assert_fails(&mistaken("depth"), 1, "another `Conventions::depth`");
+    assert_fails(&mistaken("normal-encoding"), 1, "another `Conventions::normal_encoding`");
 }
 
 #[test]

@@ -1,5 +1,5 @@
 //! A profiler as engines have one: quell's passes become its scopes, timed on the CPU as they are recorded and, where the device
-//! has timestamps, on the GPU.
+//! has timestamps, on the GPU. Those of CPU adapters do not wait for compute passes, so single passes mean little there.
 
 use quell::{PASSES, PassProfiler, PassTimestamps};
 use std::cell::RefCell;
