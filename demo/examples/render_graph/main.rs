@@ -40,7 +40,7 @@ fn main() -> Result<()> {
     let Args { out, frames, size } = Args::parse();
     let size: [u32; 2] =
         size.try_into().ok().context("`--size` takes a width and a height, as in 640x360")?;
-    ensure!(size[0] >= 4 && size[1] >= 4, "`--size`: both views need some pixels");
+    ensure!(size[0] >= 16 && size[1] >= 16, "`--size`: both views need some pixels");
     std::fs::create_dir_all(&out).with_context(|| format!("cannot create {}", out.display()))?;
     let mut window = Window::new(size.map(|side| side * 3 / 4))?;
     for i in 0..frames {
@@ -130,7 +130,7 @@ impl Window {
                 ..frame
             };
             let [width, height] = size.map(|pixels| pixels as f32);
-            let place = [width * side as f32, 0.0, width, height];
+            let place = [side as f32 * (width + GAP as f32), 0.0, width, height];
             let profiler = draw.profiler.filter(|_| side == 0).map(|profiler| profiler as _);
             let shot = Shot { index, frame, camera, place, denoise: draw.denoise, profiler };
             let graph = view.graph(renderer, post, screen, &shot);
@@ -173,17 +173,24 @@ impl Window {
         queue.submit([encoder.finish()]);
         let padded = image::RgbaImage::from_raw(row / 4, texture.height(), download(device, queue, &buffer)?);
         let padded = padded.context("the picture came in part")?;
-        Ok(image::imageops::crop_imm(&padded, 0, 0, texture.width(), texture.height()).to_image())
+        let mut picture =
+            image::imageops::crop_imm(&padded, 0, 0, texture.width(), texture.height()).to_image();
+        // Between the views nothing was drawn.
+        picture.pixels_mut().for_each(|pixel| pixel.0[3] = 255);
+        Ok(picture)
     }
 }
 
+/// Between the views, in pixels.
+const GAP: u32 = 4;
+
 /// One view's half of a window.
 fn half([width, height]: [u32; 2]) -> DenoiserDescriptor {
-    DenoiserDescriptor::new(width / 2, height)
+    DenoiserDescriptor::new(width.saturating_sub(GAP) / 2, height)
 }
 
-fn screen(renderer: &Renderer, [width, height]: [u32; 2]) -> TextureView {
-    renderer.image([width / 2 * 2, height], SCREEN, Usages::RENDER_ATTACHMENT | Usages::COPY_SRC)
+fn screen(renderer: &Renderer, size: [u32; 2]) -> TextureView {
+    renderer.image(size, SCREEN, Usages::RENDER_ATTACHMENT | Usages::COPY_SRC)
 }
 
 /// Waits for the GPU.
