@@ -9,8 +9,8 @@ pub struct Camera {
     /// World to view space: a rotation and a translation, no scale. In view space x points right and y up; it is right-handed,
     /// looking down -z, unless [`Conventions::handedness`](crate::Conventions::handedness) says otherwise.
     pub view_from_world: Mat4,
-    /// View to clip space, perspective or orthographic, without shear. NDC x points right, y up. Its third row (z) is used only
-    /// with [`DepthEncoding::Hardware`](crate::DepthEncoding::Hardware).
+    /// View to clip space, perspective or orthographic, without shear. NDC x points right, y up, as of glam's
+    /// `camera::rh::proj::directx`. Its third row (z) is used only with [`DepthEncoding::Hardware`](crate::DepthEncoding::Hardware).
     pub clip_from_view: Mat4,
     /// Where this frame's samples lie relative to pixel centres, in pixels; +x right, +y down. 0 without jitter.
     pub jitter_px: Vec2,

@@ -101,7 +101,7 @@ pub enum FrameError {
     #[error(transparent)]
     Device(#[from] DeviceError),
     /// An image has a format outside its row of the contract.
-    #[error("image `{image}` has format {found:?}, expected one of {expected:?}")]
+    #[error("image `{image}` has format {found:?}, expected one of {expected:?}{}", told(image))]
     Format {
         /// Field of [`FrameInputs`](crate::FrameInputs).
         image: &'static str,
@@ -177,4 +177,13 @@ pub enum FrameError {
         /// The value that came.
         found: f64,
     },
+}
+
+/// Where formats depend on what they are said to hold.
+fn told(image: &str) -> &'static str {
+    match image {
+        "depth" => "; others go with another `Conventions::depth`",
+        "normal_roughness" => "; others go with another `Conventions::normal_encoding`",
+        _ => "",
+    }
 }
