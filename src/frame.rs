@@ -6,7 +6,8 @@ pub enum HistoryMode {
     /// The frame follows the previous one; history is reprojected.
     #[default]
     Continue,
-    /// A cut or a teleport: history is dropped and the frame is denoised on its own.
+    /// A cut or a teleport, or the denoiser was left out for some frames: history is dropped and the frame is denoised on its
+    /// own.
     Restart,
 }
 

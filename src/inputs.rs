@@ -40,7 +40,7 @@ pub struct FrameInputs<'a> {
     /// `Rgb10a2Unorm`; octahedral also `Rg16Float`, `Rg32Float`, `Rg8Snorm`, `Rg16Snorm`, unsigned `Rg8Unorm`, `Rg16Unorm`.
     pub normal_roughness: &'a TextureView,
     /// Depth, by default linear view-space depth, positive, in scene units; at or beyond `Settings::far` or 1e12, not positive or
-    /// not finite is a miss. `R32Float`; of a depth buffer also `Depth32Float` or `Depth24Plus`.
+    /// not finite is a miss, so clear to 0. `R32Float`; of a depth buffer also `Depth32Float` or `Depth24Plus`.
     pub depth: &'a TextureView,
     /// Motion vector, by default `uv_prev = uv + motion.xy`, without jitter. With four channels, z is the previous view depth of
     /// the surface point minus the current one, unless
@@ -161,7 +161,7 @@ impl<'a> FrameInputs<'a> {
         Self { history, ..self }
     }
 
-    /// Sets [`viewport`](Self::viewport). Takes a value or an `Option`, as the others below.
+    /// Sets [`viewport`](Self::viewport). Takes a value or an `Option`, as those of other images below.
     pub fn with_viewport(self, viewport: impl Into<Option<Viewport>>) -> Self {
         Self { viewport: viewport.into(), ..self }
     }
@@ -212,8 +212,8 @@ impl<'a> FrameInputs<'a> {
     }
 
     /// Sets [`profiler`](Self::profiler).
-    pub fn with_profiler(self, profiler: impl Into<Option<&'a dyn PassProfiler>>) -> Self {
-        Self { profiler: profiler.into(), ..self }
+    pub fn with_profiler(self, profiler: &'a dyn PassProfiler) -> Self {
+        Self { profiler: Some(profiler), ..self }
     }
 
     /// Sets [`measured_ms`](Self::measured_ms).

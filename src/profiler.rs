@@ -3,8 +3,8 @@
 use crate::PASSES;
 use std::fmt::Debug;
 
-/// What times the passes of a frame, or marks them: timestamp queries of the caller's profiler, zones of a CPU profiler,
-/// debug groups. [`Timestamps`] is the plain one.
+/// What times the passes of a frame, or marks them: timestamp queries of the caller's profiler, zones of a CPU profiler.
+/// [`Timestamps`] is the plain one.
 ///
 /// Both calls come between compute passes, once for each name of [`PASSES`] and in that order, also for a pass
 /// that has nothing to do in the frame.
@@ -30,7 +30,7 @@ pub struct PassTimestamps {
 }
 
 /// Writes timestamps one behind the other: pass `i` of [`PASSES`] begins at query `first_query + 2 i` and ends at the one
-/// after it, also where it has nothing to do.
+/// after it, also where it has nothing to do. On CPU adapters timestamps do not wait for compute passes and tell little.
 #[derive(Debug, Clone, Copy)]
 pub struct Timestamps<'a> {
     /// A set of timestamp queries with at least `first_query + 2 * PASSES.len()` entries.

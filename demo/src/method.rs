@@ -6,7 +6,7 @@ use crate::peers::{Accumulate, Bmfr, PeerFrame, Svgf};
 use anyhow::{Context, Result};
 use quell::{
     Allocation, Camera, Conventions, DebugView, Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode,
-    MotionUnit, PassProfiler, RequiredInputs, SampleMap, Settings, Statistics, Timestamps,
+    MotionUnit, RequiredInputs, SampleMap, Settings, Statistics, Timestamps,
 };
 
 /// How to denoise.
@@ -184,7 +184,7 @@ impl MethodRunner {
                     samples_per_pixel,
                     dark_level: DARK_LEVEL,
                 });
-                let inputs = FrameInputs::new(RequiredInputs {
+                let mut inputs = FrameInputs::new(RequiredInputs {
                     radiance: lobes.map_or(&gbuffer.radiance, |lobes| &lobes.rest),
                     albedo: &gbuffer.albedo,
                     normal_roughness: &gbuffer.normal_roughness,
@@ -202,8 +202,8 @@ impl MethodRunner {
                 .with_hit_distance(gbuffer.hit_distance.as_ref().filter(|_| frame.split != Split::None))
                 .with_debug(frame.debug)
                 .with_sample_map(sample_map)
-                .with_profiler(timestamps.as_ref().map(|timestamps| timestamps as &dyn PassProfiler))
                 .with_measured_ms(frame.measured_ms);
+                inputs.profiler = timestamps.as_ref().map(|timestamps| timestamps as _);
                 let conventions = Conventions::default().with_motion_unit(MotionUnit::Pixels);
                 let settings = frame.settings.with_conventions(conventions);
                 denoiser.encode(&gpu.device, &gpu.queue, encoder, &inputs, &settings)?;

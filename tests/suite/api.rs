@@ -48,7 +48,7 @@ fn a_profiler_hears_of_every_pass_in_order() {
     let inputs = images.inputs(frame.camera, HistoryMode::Continue);
     for inputs in [inputs, inputs.with_specular(None).with_hit_distance(None)] {
         let names = Names::default();
-        submit(&mut denoiser(SIZE), &inputs.with_profiler(&names as &dyn PassProfiler), &Settings::default());
+        submit(&mut denoiser(SIZE), &inputs.with_profiler(&names), &Settings::default());
         let expected: Vec<_> = PASSES.iter().flat_map(|&pass| [(pass, true), (pass, false)]).collect();
         assert_eq!(names.0.into_inner(), expected);
     }

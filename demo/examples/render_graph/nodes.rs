@@ -80,10 +80,8 @@ impl View {
             // While the node is culled, history gets old.
             let is_next = self.denoised.is_some_and(|last| last + 1 == shot.index);
             let history = if is_next { HistoryMode::Continue } else { HistoryMode::Restart };
-            let inputs = inputs
-                .with_history(history)
-                .with_viewport(Viewport::of_size(width, height))
-                .with_profiler(shot.profiler);
+            let mut inputs = inputs.with_history(history).with_viewport(Viewport::of_size(width, height));
+            inputs.profiler = shot.profiler;
             self.denoiser.encode(device, queue, encoder, &inputs, &Settings::default())?;
             self.denoised = Some(shot.index);
             Ok(())
