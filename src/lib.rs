@@ -107,6 +107,8 @@
 
 mod budget;
 mod camera;
+#[doc(hidden)]
+pub mod check;
 mod conventions;
 mod denoiser;
 mod descriptor;
@@ -132,6 +134,7 @@ mod statistics;
 mod validation;
 
 pub use camera::Camera;
+pub use check::{Evidence, Finding, InputCheck, Mistake, Untold};
 pub use conventions::{
     Conventions, DepthEncoding, Handedness, MotionDirection, MotionUnit, NormalEncoding, NormalSpace,
 };

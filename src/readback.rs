@@ -67,4 +67,17 @@ impl<M> Readback<M> {
         let range = buffer.slice(..).get_mapped_range().ok()?;
         Some((about, bytemuck::pod_collect_to_vec(&range)))
     }
+
+    /// All copies that have arrived since the last call, oldest first.
+    pub fn arrived<T: bytemuck::Pod>(&mut self) -> Vec<Vec<T>> {
+        let is_mapped = |pending: &Pending<M>| pending.is_mapped.load(Ordering::Acquire);
+        // Those of encoders that were dropped never arrive; the ones behind them do.
+        let (arrived, pending) = self.pending.drain(..).partition(is_mapped);
+        self.pending = pending;
+        let read = |Pending { buffer, .. }: Pending<M>| {
+            let range = buffer.slice(..).get_mapped_range().ok()?;
+            Some(bytemuck::pod_collect_to_vec(&range))
+        };
+        VecDeque::into_iter(arrived).filter_map(read).collect()
+    }
 }

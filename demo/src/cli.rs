@@ -1,6 +1,7 @@
 //! The command line.
 
 use crate::bench::{BenchArgs, BudgetsArgs, bench, budgets};
+use crate::check::{CheckArgs, check};
 use crate::gpu::Gpu;
 use crate::method::Method;
 use crate::record::{RecordOptions, record};
@@ -47,6 +48,11 @@ pub enum Command {
     /// Writes `frame_0000.exr` (linear R, G, B), `frame_0000.png` (as shown) and so on. Where the capture has
     /// reference images, prints metrics and writes them to `metrics.json`.
     Replay(ReplayArgs),
+    /// Say what looks wrong with the inputs in a captured sequence, and which to look at
+    ///
+    /// Judges by how well they agree with each other over the frames, and says what these could not tell. Ends with 0 where
+    /// nothing looks wrong, and with 1 where something does or the capture cannot be read.
+    Check(CheckArgs),
     /// Compare all methods on a suite of sequences, as one page
     ///
     /// Writes `report.html`, which needs no other file, and its numbers as `report.json`. All methods of a sequence see the
@@ -252,6 +258,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Render(args)) => run_render(&args),
         Some(Command::Record(args)) => run_record(&args),
         Some(Command::Replay(args)) => run_replay(args),
+        Some(Command::Check(args)) => run_check(&args),
         Some(Command::Report(args)) => say(&args.run()?),
         Some(Command::Study(args)) => run_study(args),
         Some(Command::Bench(args)) => run_bench(args),
@@ -344,6 +351,14 @@ fn run_replay(args: ReplayArgs) -> Result<()> {
         Some(report) => report.table(),
         None => format!("wrote {}; the capture has no reference images, so no metrics\n", args.out.display()),
     })
+}
+
+fn run_check(args: &CheckArgs) -> Result<()> {
+    let checked = check(args)?;
+    say(&checked.text())?;
+    // What is printed is the result; this is for whoever looks at the exit code.
+    anyhow::ensure!(checked.findings.is_empty(), "{}: inputs look wrong", args.capture.display());
+    Ok(())
 }
 
 fn run_study(args: StudyArgs) -> Result<()> {

@@ -7,7 +7,7 @@ use wgpu::{BindingResource, BindingType, TextureFormat};
 /// What a binding is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// The frame's uniforms; always binding 0.
+    /// A struct of uniforms; binding 0 is always the frame's.
     Frame,
     /// Four words that differ between dispatches of a frame.
     Uniform,

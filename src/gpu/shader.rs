@@ -1,6 +1,6 @@
 //! Joins a pass's WGSL with the includes that it names in `//!include a b c`.
 
-const INCLUDES: [(&str, &str); 23] = [
+const INCLUDES: [(&str, &str); 28] = [
     ("frame", include_str!("../../shaders/include/frame.wgsl")),
     ("numbers", include_str!("../../shaders/include/numbers.wgsl")),
     ("noise", include_str!("../../shaders/include/noise.wgsl")),
@@ -23,6 +23,11 @@ const INCLUDES: [(&str, &str); 23] = [
     ("error", include_str!("../../shaders/include/error.wgsl")),
     ("sampling", include_str!("../../shaders/include/sampling.wgsl")),
     ("sample_gain", include_str!("../../shaders/include/sample_gain.wgsl")),
+    ("tally", include_str!("../../shaders/include/tally.wgsl")),
+    ("check_geometry", include_str!("../../shaders/include/check_geometry.wgsl")),
+    ("check_motion", include_str!("../../shaders/include/check_motion.wgsl")),
+    ("check_light", include_str!("../../shaders/include/check_light.wgsl")),
+    ("check_reflection", include_str!("../../shaders/include/check_reflection.wgsl")),
     ("ridge", include_str!("../../shaders/include/ridge.wgsl")),
 ];
 

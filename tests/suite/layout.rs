@@ -174,3 +174,56 @@ fn debug_views_match_the_wgsl() {
         assert_eq!(constant(&module, &screaming), view as u32, "{screaming}");
     }
 }
+
+#[test]
+fn suspects_match_the_wgsl() {
+    use quell::passes::check::{DESCRIPTOR, SuspectUniforms};
+    let module = naga::front::wgsl::parse_str(&assemble(DESCRIPTOR.source)).unwrap();
+    let suspects = mirror!(
+        SuspectUniforms,
+        inverse_current,
+        inverse_previous,
+        turned_current,
+        turned_previous,
+        before,
+        inverse_eye_delta,
+        is_before_known,
+        turned_eye_delta,
+        pad_0,
+        before_eye_delta,
+        pad_1,
+    );
+    assert_eq!(members(&module, "Suspects"), suspects);
+}
+
+#[test]
+fn statistics_of_the_check_match_the_wgsl() {
+    use quell::check::suspicion::{GEOMETRY, LIGHT, MOTION, RATIOS, REFLECTION_WORDS, SLOPE_ONE, STATISTICS};
+    let module = naga::front::wgsl::parse_str(&assemble(quell::passes::check::DESCRIPTOR.source)).unwrap();
+    let names = |suspicions: &[quell::check::suspicion::Suspicion]| -> Vec<&str> {
+        suspicions.iter().map(|suspicion| suspicion.name).collect()
+    };
+    for names in [names(&GEOMETRY), names(&MOTION), LIGHT.to_vec()] {
+        for (i, name) in names.into_iter().enumerate() {
+            assert_eq!(constant(&module, name), i as u32, "{name}");
+        }
+    }
+    let counts = [
+        ("GEOMETRY_SUSPICIONS", GEOMETRY.len()),
+        ("MOTION_SUSPICIONS", MOTION.len()),
+        ("LIGHT_WORDS", LIGHT.len()),
+        ("RATIOS", RATIOS),
+    ];
+    for (name, count) in counts {
+        assert_eq!(constant(&module, name), count as u32, "{name}");
+    }
+    assert_eq!(numbers(&module, "SLOPE_ONE"), [SLOPE_ONE]);
+    let words =
+        module.global_variables.iter().find(|(_, v)| v.name.as_deref() == Some("tallies")).unwrap().1.ty;
+    let naga::TypeInner::Array { size: naga::ArraySize::Constant(words), .. } = module.types[words].inner
+    else {
+        panic!("no array of a known size");
+    };
+    assert_eq!(words.get() as usize, STATISTICS);
+    assert_eq!(REFLECTION_WORDS, RATIOS + 2);
+}

@@ -2,6 +2,7 @@
 
 mod api;
 mod budget;
+mod check;
 mod conventions;
 mod edge_cases;
 mod gpu;
