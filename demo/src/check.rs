@@ -73,6 +73,7 @@ pub fn check(args: &CheckArgs) -> Result<Checked> {
             far: header.far,
             camera: info.camera(),
             history,
+            conventions: conventions(),
         };
         check_frame(&gpu, &mut check, gbuffer, &given).with_context(|| format!("frame {i}"))?;
     }
@@ -92,6 +93,13 @@ pub struct Given {
     pub far: f32,
     pub camera: Camera,
     pub history: HistoryMode,
+    /// What the numbers mean; [`conventions()`] of captures and of the tracer.
+    pub conventions: Conventions,
+}
+
+/// What the numbers in captures, and in the tracer's images, mean.
+pub fn conventions() -> Conventions {
+    Conventions::default().with_motion_unit(MotionUnit::Pixels)
 }
 
 /// Checks one frame as quell would be given it, and waits for the result.
@@ -114,8 +122,7 @@ pub fn check_frame(gpu: &Gpu, check: &mut InputCheck, gbuffer: &GBuffer, given: 
     .with_specular(lobes.map(|lobes| &lobes.specular))
     .with_specular_albedo(lobes.and(gbuffer.specular_albedo.as_ref()))
     .with_hit_distance(gbuffer.hit_distance.as_ref());
-    let conventions = Conventions::default().with_motion_unit(MotionUnit::Pixels);
-    let settings = Settings::default().with_conventions(conventions).with_far(given.far);
+    let settings = Settings::default().with_conventions(given.conventions).with_far(given.far);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     check.encode(&gpu.device, &mut encoder, &inputs, &settings)?;
     gpu.queue.submit([encoder.finish()]);

@@ -3,10 +3,11 @@
 use crate::gpu::{blank, gpu, upload};
 use crate::mirror::mirrored;
 use crate::sequence::{Frame, frame, jittered_frame, with};
+use crate::viewport::within;
 use glam::{Mat4, Vec2, Vec3, camera::rh};
 use quell::{
-    Camera, Conventions, CreateError, DenoiserDescriptor, FrameError, FrameInputs, HistoryMode, InputCheck,
-    Mistake, MotionDirection, MotionUnit, Settings,
+    Camera, Conventions, CreateError, DenoiserDescriptor, DepthEncoding, FrameError, FrameInputs, Handedness,
+    HistoryMode, InputCheck, Mistake, MotionDirection, MotionUnit, Settings, Viewport,
 };
 use wgpu::TextureFormat as Format;
 
@@ -189,6 +190,59 @@ fn settings_that_undo_a_mistake_are_believed() {
     );
     let (found, text) = room.findings(&Given { settings, ..Given::default() });
     assert_eq!(found, [], "{text}");
+}
+
+/// The same room by a left-handed camera, whose depth is that of a depth buffer.
+#[test]
+fn other_conventions_raise_nothing() {
+    let flip = Mat4::from_scale(Vec3::new(1.0, 1.0, -1.0));
+    let mut room = room();
+    for frame in &mut room.frames {
+        let clip = frame.camera.clip_from_view;
+        frame.depth.iter_mut().for_each(|d| *d = clip.w_axis.z / *d - clip.z_axis.z);
+        frame.camera.view_from_world = flip * frame.camera.view_from_world;
+        frame.camera.clip_from_view = clip * flip;
+    }
+    let conventions =
+        Conventions::default().with_handedness(Handedness::Left).with_depth(DepthEncoding::Hardware);
+    let settings = Settings::default().with_conventions(conventions);
+    let (found, text) = room.findings(&Given { settings, ..Given::default() });
+    assert_eq!(found, [], "{text}");
+}
+
+#[test]
+fn a_part_of_larger_images_counts_as_if_it_were_alone() {
+    const LARGEST: [u32; 2] = [151, 101];
+    let room = room();
+    let [mut alone, mut inside] = [check(SIZE), check(LARGEST)];
+    for frame in &room.frames {
+        let images = frame.upload();
+        let inputs = images.inputs(frame.camera, HistoryMode::Continue);
+        submit(&mut alone, &inputs, &Settings::default()).unwrap();
+        let origin = [13, 7];
+        let images = within(frame, LARGEST, origin).upload();
+        let inputs = images.inputs(frame.camera, HistoryMode::Continue);
+        let inputs = inputs.with_viewport(Viewport { origin, size: SIZE });
+        submit(&mut inside, &inputs, &Settings::default()).unwrap();
+    }
+    [&mut alone, &mut inside].into_iter().for_each(|check| wait_for(check, FRAMES));
+    assert!(alone.evidence() == inside.evidence(), "{}{}", alone.evidence(), inside.evidence());
+}
+
+/// As for dynamic resolution: every frame has another size.
+#[test]
+fn sizes_that_change_raise_nothing() {
+    let mut check = check(SIZE);
+    for i in 0..FRAMES {
+        let size = [SIZE[0] - 10 * (i % 3), SIZE[1] - 6 * (i % 3)];
+        let frame = jittered_frame(size, eye(i), eye(i.saturating_sub(1)), u64::from(i), jitter(i));
+        let images = within(&frame, SIZE, [0, 0]).upload();
+        let inputs = images.inputs(frame.camera, HistoryMode::Continue);
+        let inputs = inputs.with_viewport(Viewport::of_size(size[0], size[1]));
+        submit(&mut check, &inputs, &Settings::default()).unwrap();
+    }
+    wait_for(&mut check, FRAMES);
+    assert_eq!(check.findings(), [], "{}", check.evidence());
 }
 
 #[test]

@@ -12,7 +12,7 @@ const ORIGIN: [u32; 2] = [13, 7];
 const STEP: Vec3 = Vec3::new(0.02, 0.0, -0.02);
 
 /// The frame as a part of larger images, with garbage around it.
-fn within(frame: &Frame, [width, height]: [u32; 2], origin: [u32; 2]) -> Frame {
+pub fn within(frame: &Frame, [width, height]: [u32; 2], origin: [u32; 2]) -> Frame {
     fn place<T: Copy>(texels: &[T], garbage: T, frame: [u32; 2], size: [u32; 2], origin: [u32; 2]) -> Vec<T> {
         if texels.is_empty() {
             return vec![];

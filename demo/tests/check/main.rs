@@ -1,10 +1,16 @@
 //! Mistakes are named, each on two stretches of the tour; what is right raises nothing, on all of them.
 
+#[path = "../binary/mod.rs"]
+mod binary;
+mod command;
 mod mistakes;
 mod stretch;
 
-use mistakes::MISTAKES;
-use quell::{InputCheck, Mistake};
+use mistakes::{Injected, MISTAKES};
+use quell::{
+    Conventions, DepthEncoding, InputCheck, Mistake, MotionDirection, MotionUnit, NormalEncoding, NormalSpace,
+};
+use quell_demo::check::conventions;
 use quell_demo::walk::WalkOptions;
 use std::sync::{LazyLock, Mutex, PoisonError};
 use stretch::{GPU, SIZE, Stretch, record};
@@ -14,6 +20,10 @@ static CHECK: LazyLock<Mutex<InputCheck>> = LazyLock::new(|| {
     let [width, height] = SIZE;
     Mutex::new(InputCheck::new(&GPU.device, &quell::DenoiserDescriptor::new(width, height)).unwrap())
 });
+
+/// What mistakes are done to, with jitter.
+static COLONNADE: LazyLock<Stretch> = LazyLock::new(|| record(&stretch::options(5.0, true)));
+static REFLECTIONS: LazyLock<Stretch> = LazyLock::new(|| record(&stretch::options(30.0, true)));
 
 /// What is said of a stretch: the inputs and what is wrong with them, and all of it as text, with what is not told.
 fn said(stretch: &Stretch) -> (Vec<(&'static str, Mistake)>, String) {
@@ -44,25 +54,73 @@ fn nothing_is_raised_by_what_is_right() {
 fn a_still_camera_is_said_not_to_tell() {
     let mut stretch = record(&WalkOptions { fps: 1e6, ..stretch::options(12.0, false) });
     assert_eq!(said(&stretch).0, []);
-    stretch.inject(MISTAKES.iter().find(|mistake| mistake.name == "motion backwards").unwrap());
+    stretch.inject(mistake("motion backwards"));
     let (found, text) = said(&stretch);
     assert_eq!(found, []);
     assert!(text.contains("`motion`: the camera stood still"), "{text}");
 }
 
+fn mistake(name: &str) -> &'static Injected {
+    MISTAKES.iter().find(|mistake| mistake.name == name).expect("a mistake of that name")
+}
+
+/// What is a mistake under one convention is right under another.
+#[test]
+fn nothing_is_raised_by_conventions_that_fit() {
+    let right = conventions();
+    let cases: [(&str, Conventions); 8] = [
+        ("motion backwards", right.with_motion_direction(MotionDirection::FromPrevious)),
+        ("motion in UV", right.with_motion_unit(MotionUnit::Uv)),
+        ("jitter in motion", right.with_jittered_motion(true)),
+        ("normals in view space", right.with_normal_space(NormalSpace::View)),
+        ("normals packed", right.with_normal_encoding(NormalEncoding::Unsigned)),
+        ("hardware depth of the projection", right.with_depth(DepthEncoding::Hardware)),
+        ("depth along the ray", right.with_depth(DepthEncoding::Distance)),
+        ("nothing", right),
+    ];
+    for (name, conventions) in cases {
+        let mut stretch = COLONNADE.clone();
+        if name != "nothing" {
+            stretch.inject(mistake(name));
+        }
+        stretch.conventions = conventions;
+        let (found, text) = said(&stretch);
+        assert_eq!(found, [], "{name}: {text}");
+    }
+}
+
+#[test]
+fn conventions_that_do_not_fit_are_named() {
+    let right = conventions();
+    let cases = [
+        ("motion", Mistake::MotionSign, right.with_motion_direction(MotionDirection::FromPrevious)),
+        ("motion", Mistake::MotionScale, right.with_motion_unit(MotionUnit::Uv)),
+        ("motion", Mistake::JitterInMotion, right.with_jittered_motion(true)),
+        ("normal_roughness", Mistake::NormalsInWorldSpace, right.with_normal_space(NormalSpace::View)),
+        ("normal_roughness", Mistake::NormalEncoding, right.with_normal_encoding(NormalEncoding::Unsigned)),
+        ("depth", Mistake::DepthLinear, right.with_depth(DepthEncoding::Hardware)),
+        ("depth", Mistake::DepthLinear, right.with_depth(DepthEncoding::Distance)),
+    ];
+    for (name, stretch) in [("colonnade", &COLONNADE), ("reflections", &REFLECTIONS)] {
+        let mut stretch = Stretch::clone(stretch);
+        for (input, mistake, conventions) in cases {
+            stretch.conventions = conventions;
+            let (found, text) = said(&stretch);
+            assert_eq!(found, [(input, mistake)], "{name}: {conventions:?}: {text}");
+        }
+    }
+}
+
 #[test]
 fn every_mistake_is_named_on_two_stretches() {
-    let stretches = [
-        ("colonnade", record(&stretch::options(5.0, true))),
-        ("reflections", record(&stretch::options(30.0, true))),
-    ];
+    let stretches = [("colonnade", &COLONNADE), ("reflections", &REFLECTIONS)];
     let mut wrong = String::new();
     for mistake in &MISTAKES {
         for (name, stretch) in &stretches {
             if !mistake.on.contains(name) {
                 continue;
             }
-            let mut stretch = stretch.clone();
+            let mut stretch = Stretch::clone(stretch);
             stretch.inject(mistake);
             let (found, text) = said(&stretch);
             println!("{name}: {}: {}", mistake.name, text.lines().next().unwrap());

@@ -1,9 +1,9 @@
 //! Stretches of the tour, recorded once and checked as they are or with a mistake in them.
 
 use crate::mistakes::Injected;
-use quell::{HistoryMode, InputCheck};
+use quell::{Conventions, HistoryMode, InputCheck};
 use quell_demo::capture::{Frame, FrameInfo, download, gbuffer_for, upload};
-use quell_demo::check::{Given, check_frame};
+use quell_demo::check::{Given, check_frame, conventions};
 use quell_demo::gbuffer::Split;
 use quell_demo::gpu::Gpu;
 use quell_demo::tracer::Sampling;
@@ -21,6 +21,8 @@ const FRAMES: u32 = 8;
 #[derive(Clone)]
 pub struct Stretch {
     pub frames: Vec<(Frame, FrameInfo)>,
+    /// What is said of their numbers.
+    pub conventions: Conventions,
 }
 
 pub fn options(start_s: f32, jitter: bool) -> WalkOptions {
@@ -54,7 +56,7 @@ pub fn record(options: &WalkOptions) -> Stretch {
         };
         (download(&GPU, walk.gbuffer()).unwrap(), info)
     };
-    Stretch { frames: (0..options.frames).map(frame).collect() }
+    Stretch { frames: (0..options.frames).map(frame).collect(), conventions: conventions() }
 }
 
 impl Stretch {
@@ -64,7 +66,14 @@ impl Stretch {
             upload(&GPU.device, &GPU.queue, frame, &mut gbuffer);
             let history = if info.restart { HistoryMode::Restart } else { HistoryMode::Continue };
             let camera = info.camera();
-            let given = Given { has_ids: true, has_emission: true, far: f32::INFINITY, camera, history };
+            let given = Given {
+                has_ids: true,
+                has_emission: true,
+                far: f32::INFINITY,
+                camera,
+                history,
+                conventions: self.conventions,
+            };
             check_frame(&GPU, check, &gbuffer, &given).unwrap();
         }
         // While another test polls the same device, it may be about to call back. Refused frames do not come.
