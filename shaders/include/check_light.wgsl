@@ -1,6 +1,6 @@
 // Statistics of albedo, emission, ids and depth that need no suspicion of their own.
 //
-// A pass binds radiance, albedo, emission, depth and previous_guide.
+// A pass binds radiance, albedo, emission, sample_count and previous_guide.
 
 const PIXELS = 0u;
 const DEPTH_NEGATIVE = 1u;
@@ -36,7 +36,8 @@ const LEAST_EMISSION = 1e-3;
 fn check_emission(pixel: vec2<u32>) {
     let emitted = luminance(repair_emission(textureLoad(emission, frame.origin + pixel, 0).rgb));
     let seen = textureLoad(radiance, frame.origin + pixel, 0).rgb;
-    if emitted > LEAST_EMISSION && all_finite(seen) {
+    // What was not traced shows nothing.
+    if emitted > LEAST_EMISSION && all_finite(seen) && samples_at(pixel) > 0.0 {
         let ratio = luminance(seen) / emitted;
         tally(FIRST_LIGHT + EMITTERS, true);
         tally(FIRST_LIGHT + EMISSION_LACKING, ratio < 0.9);
@@ -83,7 +84,7 @@ fn enter_lit(pixel: vec2<u32>, lane: u32, surface: Surface) {
     let is_lit = is_of_tile && is_dull && is_dark && all_finite(seen) && all_finite(reflectance) && samples_at(pixel) > 0.0;
     let a = luminance(reflectance);
     if is_lit && a > LEAST_ALBEDO && !is_miss(surface) && !is_miss(tile_surface) {
-        lit[lane] = vec3(max(luminance(seen), 0.0), a, luminance(linear_from_srgb(reflectance)));
+        lit[lane] = vec3(clamp(luminance(seen), 0.0, HALF_MAX), a, luminance(linear_from_srgb(reflectance)));
     }
 }
 

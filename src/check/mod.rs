@@ -21,25 +21,33 @@ use glam::{Mat3, Mat4, Vec3};
 use judge::Given;
 use wgpu::{TextureFormat, TextureView};
 
-/// How a frame was seen.
-#[derive(Debug, Clone, Copy)]
-struct Seen {
-    /// Right-handed.
-    camera: Camera,
-    /// In pixels.
-    size: [u32; 2],
-}
-
 /// Says in words what looks wrong with the inputs of frames, and which input to look at: motion of the wrong sign or unit,
 /// normals in view space, depth that is not linear, and so on (all of them: [`Mistake`]).
 ///
 /// A tool for whoever integrates the denoiser, to be run on some tens of frames, of which some should have a moving camera:
 /// what cannot be told from what was seen is not guessed ([`untold`](Self::untold)). It reads the very inputs that
-/// [`Denoiser::encode`](crate::Denoiser::encode) gets and keeps no more than the surfaces and motion of one frame. Like the
+/// [`Denoiser::encode`](crate::Denoiser::encode) gets and keeps no more than surfaces and motion of two frames. Like the
 /// denoiser it never submits, blocks or maps within a call.
 ///
 /// Where it speaks, it has seen that the inputs as given contradict each other, and that one other reading of one of them
 /// makes them agree.
+///
+/// ```no_run
+/// # fn check(device: &wgpu::Device, queue: &wgpu::Queue, frames: &[quell::FrameInputs])
+/// # -> Result<(), Box<dyn std::error::Error>> {
+/// use quell::{DenoiserDescriptor, InputCheck, Settings};
+///
+/// let mut check = InputCheck::new(device, &DenoiserDescriptor::new(1920, 1080))?;
+/// for inputs in frames {
+///     let mut encoder = device.create_command_encoder(&Default::default());
+///     check.encode(device, &mut encoder, inputs, &Settings::default())?; // beside the denoiser, or without it
+///     queue.submit([encoder.finish()]);
+///     device.poll(wgpu::PollType::wait_indefinitely())?; // or, while frames go on, poll now and then
+/// }
+/// check.findings().iter().for_each(|finding| eprintln!("{finding}"));
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct InputCheck {
     size: [u32; 2],
@@ -57,8 +65,17 @@ pub struct InputCheck {
     given: Given,
 }
 
+/// How a frame was seen.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    /// Right-handed.
+    camera: Camera,
+    /// In pixels.
+    size: [u32; 2],
+}
+
 impl InputCheck {
-    /// Compiles the pass and creates what is kept of a frame, 32 bytes a pixel.
+    /// Compiles the pass and creates what is kept of two frames, 32 bytes a pixel.
     ///
     /// # Errors
     /// As [`Denoiser::new`](crate::Denoiser::new).
