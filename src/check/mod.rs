@@ -9,7 +9,9 @@ pub mod suspicion;
 pub use evidence::Evidence;
 pub use finding::{Finding, Mistake, Untold};
 
-use crate::gpu::{FrameUniforms, Recorder, ViewUniforms, catch, flags, image, uniform_buffer, words};
+use crate::gpu::{
+    FrameUniforms, Recorder, ViewUniforms, catch, check_alive, flags, image, uniform_buffer, words,
+};
 use crate::passes::check::{Check, CheckViews, SuspectUniforms};
 use crate::readback::Readback;
 use crate::{
@@ -81,6 +83,7 @@ impl InputCheck {
     /// As [`Denoiser::new`](crate::Denoiser::new).
     pub fn new(device: &wgpu::Device, descriptor: &DenoiserDescriptor) -> Result<Self, CreateError> {
         layout::check(device, descriptor)?;
+        check_alive(device)?;
         let size = [descriptor.width, descriptor.height];
         let kept = || {
             ["quell check guide", "quell check motion"]

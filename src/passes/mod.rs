@@ -22,8 +22,8 @@ use crate::gpu::{
 use std::sync::OnceLock;
 
 /// All kernels in the order they run; `centres`, `gains` and `choose` run within the pass `fit`, `sample_gains` and `sample_rate`
-/// within `sample_map`. Last `check`, which is none of the denoiser's.
-pub const ALL: [&KernelDescriptor; 14] = [
+/// within `sample_map`. Without `check`, which is none of the denoiser's.
+pub const ALL: [&KernelDescriptor; 13] = [
     &reproject::DESCRIPTOR,
     &innovation::DESCRIPTOR,
     &accumulate::DESCRIPTOR,
@@ -37,7 +37,6 @@ pub const ALL: [&KernelDescriptor; 14] = [
     &sample_rate::DESCRIPTOR,
     &sample_map::DESCRIPTOR,
     &debug_view::DESCRIPTOR,
-    &check::DESCRIPTOR,
 ];
 
 /// The kernels that are compiled anew for the specular signal.

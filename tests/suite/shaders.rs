@@ -3,6 +3,11 @@
 use quell::gpu::{KernelDescriptor, Kind, assemble};
 use wgpu::naga;
 
+/// Those of the denoiser, and the check's.
+fn kernels() -> impl Iterator<Item = &'static KernelDescriptor> {
+    quell::passes::ALL.into_iter().chain([&quell::passes::check::DESCRIPTOR])
+}
+
 fn module(pass: &KernelDescriptor) -> naga::Module {
     let source = assemble(pass.source);
     naga::front::wgsl::parse_str(&source)
@@ -24,7 +29,7 @@ fn capabilities(source: &str) -> naga::valid::Capabilities {
 fn every_shader_is_valid_without_optional_capabilities() {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("shaders");
     std::fs::create_dir_all(&folder).unwrap();
-    for pass in quell::passes::ALL {
+    for pass in kernels() {
         let module = module(pass);
         let source = assemble(pass.source);
         std::fs::write(folder.join(format!("{}.wgsl", pass.name)), &source).unwrap();
@@ -53,8 +58,7 @@ fn the_validator_refuses_a_shader_that_needs_a_capability() {
 #[test]
 fn passes_are_listed_in_order_under_one_name() {
     // What runs within another pass is none of its own: that of levels in `fit`, that of what is counted in `sample_map`.
-    // `check` is no pass of the denoiser's.
-    let within = ["centres", "gains", "choose", "sample_gains", "sample_rate", "check"];
+    let within = ["centres", "gains", "choose", "sample_gains", "sample_rate"];
     let names: Vec<_> =
         quell::passes::ALL.iter().map(|pass| pass.name).filter(|name| !within.contains(name)).collect();
     let specular = names[..quell::PASSES.len() - names.len()].iter().map(|name| format!("specular {name}"));
@@ -68,7 +72,7 @@ fn passes_are_listed_in_order_under_one_name() {
 
 #[test]
 fn entry_points_and_workgroups_match_their_descriptors() {
-    for pass in quell::passes::ALL {
+    for pass in kernels() {
         let module = module(pass);
         let [entry] = module.entry_points.as_slice() else { panic!("{}: not one entry point", pass.name) };
         assert_eq!(entry.name, pass.name);
@@ -79,7 +83,7 @@ fn entry_points_and_workgroups_match_their_descriptors() {
 
 #[test]
 fn binding_tables_match_the_shaders() {
-    for pass in quell::passes::ALL {
+    for pass in kernels() {
         let module = module(pass);
         let mut found: Vec<_> = module
             .global_variables
@@ -139,7 +143,7 @@ fn kind(module: &naga::Module, variable: &naga::GlobalVariable) -> Kind {
 
 #[test]
 fn headers_state_purpose_reads_and_writes() {
-    for pass in quell::passes::ALL {
+    for pass in kernels() {
         assert!(pass.source.starts_with(&format!("// {}: ", pass.name)), "{}: purpose", pass.name);
         for heading in ["// Reads", "// Writes"] {
             assert!(pass.source.contains(heading), "{}: {heading}", pass.name);
