@@ -84,3 +84,30 @@ impl Cameras {
         steps_like_jitter.then(|| (self.squares / f64::from(self.steps)).sqrt())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::camera::rh::proj::directx;
+
+    /// Whether jitter is seen where the axis of view meets the image at these places, in pixels.
+    fn is_jitter(places: impl Fn(f32) -> Vec2) -> bool {
+        let mut cameras = Cameras::default();
+        for i in 0..8 {
+            let mut clip = directx::perspective(1.0, 1.5, 0.1, 100.0);
+            let place = places(i as f32) * 2.0 / Vec2::new(300.0, 200.0);
+            (clip.z_axis.x, clip.z_axis.y) = (-place.x, -place.y);
+            cameras.add(&Camera::new(Mat4::IDENTITY, clip), [300, 200], i == 0);
+        }
+        cameras.jitter().is_some()
+    }
+
+    #[test]
+    fn jitter_is_told_from_views_that_shift() {
+        assert!(is_jitter(|i| Vec2::new(0.4 * (2.4 * i).sin(), 0.4 * (1.7 * i).cos())));
+        assert!(!is_jitter(|_| Vec2::ZERO), "centred");
+        assert!(!is_jitter(|_| Vec2::new(40.0, 3.0)), "off centre");
+        assert!(!is_jitter(|i| Vec2::new(0.5 * i, 0.02 * i * i)), "smoothly");
+        assert!(!is_jitter(|i| Vec2::new(20.0 * (2.4 * i).sin(), 0.0)), "far");
+    }
+}

@@ -221,10 +221,14 @@ fn hit_distances(evidence: &Evidence) -> Option<Finding> {
     let first = (0..ratios.len() - 1).max_by(|&a, &b| pair(a).total_cmp(&pair(b)))?;
     (pair(first) > MOSTLY).then(|| {
         let (low, high) = (ratios[first] as f64, ratios[first + 1] as f64);
+        // Known to a few per cent: two digits.
         let factor = octaves(first as f64 + high / (low + high)).exp2();
+        let digit = 10f64.powf(factor.log10().floor() - 1.0);
+        let factor = (factor / digit).round() * digit;
         let sentence = format!(
-            "`hit_distance` seems to be in another unit: about {factor:.3} times what {met} reflected rays meet on the \
+            "`hit_distance` seems to be in another unit: about {} times what {met} reflected rays meet on the \
              screen, in {:.0} % of them, about right in {:.0} %; give it in the unit of the scene",
+            factor as f32,
             100.0 * pair(first),
             100.0 * right,
         );
@@ -244,11 +248,15 @@ pub(super) fn untold(evidence: &Evidence, cameras: &Cameras, given: Given) -> Ve
     let reasons = [
         (is_flat, "normal_roughness", "no flat surfaces were seen"),
         (
-            !is_flat || vote("NORMAL_VIEW_SPACE"),
+            !is_flat || vote("NORMAL_VIEW_SPACE") || vote("NORMAL_WORLD_SPACE"),
             "normal_roughness",
             "view space and world space did not differ enough",
         ),
-        (vote("DEPTH_HARDWARE"), "depth", "no flat surfaces were seen that do not face the camera"),
+        (
+            vote("DEPTH_HARDWARE") || vote("DEPTH_LINEAR"),
+            "depth",
+            "no flat surfaces were seen that do not face the camera",
+        ),
         (moves, "motion", "the camera stood still"),
         (
             !moves || vote("CAMERA_LATE"),
@@ -282,4 +290,42 @@ pub(super) fn untold(evidence: &Evidence, cameras: &Cameras, given: Given) -> Ve
         .filter(|(is_told, ..)| !is_told)
         .map(|(_, input, reason)| Untold { input, reason })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::suspicion::{STATISTICS, SUSPICION_WORDS};
+
+    /// Of so many frames, in each of which so many pixels tell of a suspicion, by these shares.
+    fn found(name: &str, frames: u32, pixels: u32, given: f32, meant: f32) -> Vec<Mistake> {
+        let place = GEOMETRY.iter().chain(&MOTION).position(|suspicion| suspicion.name == name).unwrap();
+        let mut words = [0; STATISTICS];
+        let share = |share: f32| (share * pixels as f32) as u32;
+        words[SUSPICION_WORDS * place..][..SUSPICION_WORDS].copy_from_slice(&[
+            pixels,
+            share(given),
+            share(meant),
+        ]);
+        let mut evidence = Evidence::default();
+        (0..frames).for_each(|_| evidence.add(&words));
+        findings(&evidence, &Cameras::default()).iter().map(|finding| finding.mistake).collect()
+    }
+
+    #[test]
+    fn only_what_is_clear_is_said() {
+        let name = "MOTION_BACKWARDS";
+        assert_eq!(found(name, 4, 1000, 0.02, 0.97), [Mistake::MotionSign]);
+        assert_eq!(found(name, 2, 1000, 0.02, 0.97), [], "too few frames");
+        assert_eq!(found(name, 4, 100, 0.02, 0.97), [], "too few pixels");
+        assert_eq!(found(name, 4, 1000, 0.02, 0.40), [], "most things move on their own");
+        assert_eq!(found(name, 4, 1000, 0.39, 0.60), [], "what was given holds, too");
+    }
+
+    #[test]
+    fn words_of_another_length_are_left_alone() {
+        let mut evidence = Evidence::default();
+        evidence.add(&[7; 3]);
+        assert_eq!(evidence, Evidence::default());
+    }
 }
