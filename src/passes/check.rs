@@ -1,6 +1,6 @@
 //! Counts how well inputs agree with each other, for an [`InputCheck`](crate::InputCheck). See `shaders/check.wgsl`.
 
-use crate::gpu::{Compiler, Kernel, KernelDescriptor, Kind, Recorder, ViewUniforms};
+use crate::gpu::{Compiler, DECODING, Kernel, KernelDescriptor, Kind, Recorder, ViewUniforms};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use wgpu::{BindingResource, Buffer, TextureFormat, TextureView};
@@ -77,9 +77,9 @@ pub struct CheckViews<'a> {
 pub struct Check(Kernel);
 
 impl Check {
-    /// Compiles the pass.
+    /// Compiles the pass, for any conventions.
     pub fn new<'a>(compiler: impl Into<Compiler<'a>>) -> Self {
-        Self(Kernel::new(compiler, &DESCRIPTOR))
+        Self(Kernel::with(compiler, &DESCRIPTOR, DECODING))
     }
 
     /// Records the pass over `extent` pixels.
