@@ -33,7 +33,8 @@ impl Camera {
         if !view.is_finite() {
             return refuse("view_from_world", "has an entry that is not finite");
         }
-        if view.row(3) != glam::Vec4::W {
+        // An inverse may be off by rounding.
+        if !view.row(3).abs_diff_eq(glam::Vec4::W, 1e-4) {
             return refuse("view_from_world", "has a last row other than 0 0 0 1 (is it transposed?)");
         }
         let rotation = glam::Mat3::from_mat4(view);

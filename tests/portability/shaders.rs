@@ -2,7 +2,7 @@
 
 use crate::tint::{Pipeline, Stages, assert_accepts, complaints};
 use quell::gpu::{Constants, DECODING, KernelDescriptor, REFLECTIONS, SPECULAR, assemble};
-use quell::passes::{ALL, SPECULAR_KERNELS, reproject};
+use quell::passes::{ALL, SPECULAR_KERNELS, check, reproject};
 use wgpu::naga;
 
 #[test]
@@ -15,10 +15,14 @@ fn the_browser_accepts_every_shader() {
     };
     let plain = ALL.iter().map(|pass| pipeline("", &[], pass));
     let specular = SPECULAR_KERNELS.iter().map(|pass| pipeline("specular ", SPECULAR, pass));
-    let others = [("reflections ", REFLECTIONS), ("decoding ", DECODING)];
-    let others = others.map(|(prefix, constants)| pipeline(prefix, constants, &reproject::DESCRIPTOR));
+    let others = [
+        ("reflections ", REFLECTIONS, &reproject::DESCRIPTOR),
+        ("decoding ", DECODING, &reproject::DESCRIPTOR),
+        ("", DECODING, &check::DESCRIPTOR),
+    ];
+    let others = others.map(|(prefix, constants, pass)| pipeline(prefix, constants, pass));
     let pipelines: Vec<_> = plain.chain(specular).chain(others).collect();
-    assert_eq!(pipelines.len(), ALL.len() + SPECULAR_KERNELS.len() + 2);
+    assert_eq!(pipelines.len(), ALL.len() + SPECULAR_KERNELS.len() + 3);
     assert_accepts(&pipelines);
 }
 
