@@ -33,11 +33,11 @@ side() {
     local picture=$1 crop=$2 percent=$3 columns=$4 tiles=()
     shift 4
     while [ $# -gt 0 ]; do
-        tiles+=(-label "$1" "(" "$work/$2" -crop "$crop" +repage -filter point -resize "$percent%" ")")
+        tiles+=("(" "$work/$2" -crop "$crop" +repage -filter point -resize "$percent%" -set label "$1" ")")
         shift 2
     done
-    montage -background '#181818' -fill white -font DejaVu-Sans -pointsize 13 "${tiles[@]}" -tile "${columns}x" -geometry +3+3 \
-        -strip -colors 255 "png8:$pictures/$picture.png"
+    montage -background '#181818' -fill white -pointsize 13 "${tiles[@]}" -tile "${columns}x" -geometry +3+3 -strip \
+        -define png:compression-level=9 "png24:$pictures/$picture.png"
 }
 
 record sun --fps 15 --frames 16 --reference 96 --reference-frames 15
@@ -53,14 +53,12 @@ record faint --start 2.7 --fps 15 --frames 24 --reference 64 --reference-frames 
 
 replay sun quell
 replay sun noisy --method none
-replay sun accumulate --method accumulate
-replay sun svgf --method svgf
 replay sun combined --no-split
 replay sun models --no-split --no-mix
-replay sun fixed1 --no-split --windows fixed:1
-replay sun fixed3 --no-split --windows fixed:3
-replay sun uniform4 --no-split --centres uniform:4
-replay sun uniform1 --no-split --centres uniform:1
+replay sun fixed1 --no-split --no-mix --windows fixed:1
+replay sun fixed3 --no-split --no-mix --windows fixed:3
+replay sun uniform4 --no-split --no-mix --centres uniform:4
+replay sun uniform1 --no-split --no-mix --centres uniform:1
 replay sun fast --no-split --budget-models 0
 replay lamp-off quell
 replay lamp-off constant --no-innovation
@@ -80,3 +78,62 @@ replay still long --max-history 1024
 replay quarter quell
 replay quarter noisy --method none
 replay faint quell
+
+debug sun sun 15
+debug sun sun-sign 15 --wrong motion-direction --views HistoryLength
+debug sun sun-unit 15 --wrong motion-unit --views HistoryLength
+debug sun sun-zero 15 --wrong no-motion --views HistoryLength
+debug lamp-off lamp-off 24 --views HistoryLength
+debug bars bars 15 --views HistoryLength
+debug mirrors mirrors 16 --views HistoryLength
+debug lamp-on lamp-on 10 --views HistoryLength
+debug lamp-on lamp-em 18 --views Prediction
+debug lamp-on lamp-noem 18 --wrong no-emission --views Prediction
+debug still still 63 --views HistoryLength
+debug faint faint 14 --views HistoryLength
+
+# How it works
+side steps 120x80+90+95 300 2 "one sample per pixel" sun-noisy/frame_0015.png "TemporalMean" views-sun/TemporalMean.png \
+    "Prediction" views-sun/Prediction.png "output" views-sun/output.png
+side history 320x180+0+0 100 2 "Motion" views-sun/Motion.png "HistoryLength" views-sun/HistoryLength.png
+side windows 320x180+0+0 100 2 "Windows" views-sun/Windows.png "SurfaceId" views-sun/SurfaceId.png
+side mix 320x180+0+0 100 3 "MixWeight" views-sun/MixWeight.png "PredictedError" views-sun/PredictedError.png \
+    "OutputError" views-sun/OutputError.png
+
+# Troubleshooting
+side wrong 150x84+30+60 150 4 "right" views-sun/output.png "wrong sign" views-sun-sign/output.png \
+    "wrong unit" views-sun-unit/output.png "no motion" views-sun-zero/output.png \
+    "HistoryLength" views-sun/HistoryLength.png "" views-sun-sign/HistoryLength.png \
+    "" views-sun-unit/HistoryLength.png "" views-sun-zero/HistoryLength.png
+
+# Settings
+side innovation 110x70+0+85 300 2 "as it is" lamp-off-quell/frame_0024.png "no innovation" lamp-off-constant/frame_0024.png \
+    "no innovation, max_history 8" lamp-off-short/frame_0024.png "reference" views-lamp-off/reference.png
+side mix_temporal_mean 110x62+80+116 300 3 "as it is" sun-combined/frame_0015.png "models alone" sun-models/frame_0015.png \
+    "reference" views-sun/reference.png
+side firefly_limit 110x62+70+118 300 2 "0.25" lamp-off-firefly-low/frame_0024.png "1" lamp-off-quell/frame_0024.png \
+    "infinity" lamp-off-firefly-none/frame_0024.png "reference" views-lamp-off/reference.png
+side windows_rule 110x62+80+116 300 3 "Fixed(1)" sun-fixed1/frame_0015.png "MallowsCp" sun-models/frame_0015.png \
+    "Fixed(3)" sun-fixed3/frame_0015.png
+side centres 110x62+80+116 300 3 "Uniform(4)" sun-uniform4/frame_0015.png "Adaptive" sun-models/frame_0015.png \
+    "Uniform(1)" sun-uniform1/frame_0015.png
+side budget 110x62+80+116 300 3 "Unlimited" sun-combined/frame_0015.png "Models(0)" sun-fast/frame_0015.png \
+    "reference" views-sun/reference.png
+side max_history 110x70+60+100 300 2 "8" still-short/frame_0063.png "32" still-quell/frame_0063.png \
+    "1024" still-long/frame_0063.png "reference" views-still/reference.png
+
+# Known failures
+side failure_shadows 110x62+80+116 300 3 "one sample per pixel" sun-noisy/frame_0015.png "quell" sun-combined/frame_0015.png \
+    "reference" views-sun/reference.png
+side failure_thin 64x76+170+54 400 4 "one sample per pixel" bars-noisy/frame_0015.png "quell" bars-quell/frame_0015.png \
+    "HistoryLength" views-bars/HistoryLength.png "reference" views-bars/reference.png
+side failure_switched 110x70+190+95 300 2 "quell" lamp-on-quell/frame_0010.png "reference" views-lamp-on/reference.png
+side failure_faint 140x90+0+50 300 2 "quell" faint-quell/frame_0014.png "reference" views-faint/reference.png
+side failure_mirrors 120x80+60+50 300 2 "one signal" mirrors-combined/frame_0016.png "with hit distances" mirrors-hit/frame_0016.png \
+    "split" mirrors-quell/frame_0016.png "reference" views-mirrors/reference.png
+side failure_mirror_noise 120x80+60+50 300 2 "quell" mirrors-quell/frame_0016.png "reference" views-mirrors/reference.png
+side failure_spots 110x62+0+110 300 2 "quell" lamp-off-quell/frame_0024.png "reference" views-lamp-off/reference.png
+side failure_specks 140x90+0+50 300 2 "quarter of a sample" quarter-noisy/frame_0015.png "quell" quarter-quell/frame_0015.png
+side failure_cut 110x70+60+100 300 3 "first frame" sun-quell/frame_0000.png "second" sun-quell/frame_0001.png \
+    "fourth" sun-quell/frame_0003.png
+side failure_emission 80x56+100+18 400 2 "with emission" views-lamp-em/output.png "without" views-lamp-noem/output.png

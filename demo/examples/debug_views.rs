@@ -34,6 +34,18 @@ struct Args {
     wrong: Option<Wrong>,
 }
 
+impl Args {
+    fn views(&self) -> Result<Vec<DebugView>> {
+        if self.views.is_empty() {
+            return Ok(DebugView::ALL.to_vec());
+        }
+        let named = |name: &String| DebugView::ALL.into_iter().find(|view| format!("{view:?}") == *name);
+        let find =
+            |name| named(name).with_context(|| format!("no view `{name}`; there are {:?}", DebugView::ALL));
+        self.views.iter().map(find).collect()
+    }
+}
+
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum Wrong {
     /// Motion vectors are said to come from the previous frame
@@ -44,8 +56,8 @@ enum Wrong {
     NoMotion,
     /// World-space normals are said to be in view space
     NormalSpace,
-    /// The camera is not updated
-    StillCamera,
+    /// Radiance that comes straight from emitters is not given apart
+    NoEmission,
 }
 
 impl Wrong {
@@ -56,7 +68,7 @@ impl Wrong {
             Some(Self::MotionUnit) => right.with_motion_unit(MotionUnit::Uv),
             Some(Self::NoMotion) => right.with_motion_unit(MotionUnit::Scaled([0.0; 2])),
             Some(Self::NormalSpace) => right.with_normal_space(NormalSpace::View),
-            Some(Self::StillCamera) | None => right,
+            Some(Self::NoEmission) | None => right,
         }
     }
 }
@@ -71,8 +83,7 @@ fn main() -> Result<()> {
     let (width, height) = (header.width, header.height);
     let settings = Settings::default().with_far(header.far).with_conventions(Wrong::conventions(args.wrong));
     let pipelines = Arc::new(Pipelines::new(&gpu.device)?);
-    let is_wanted = |view: &DebugView| args.views.is_empty() || args.views.contains(&format!("{view:?}"));
-    let views: Vec<_> = DebugView::ALL.into_iter().filter(is_wanted).collect();
+    let views = args.views()?;
     // A denoiser for each view: a frame has one.
     let descriptor = DenoiserDescriptor::new(width, height);
     let mut denoisers = views
@@ -86,10 +97,6 @@ fn main() -> Result<()> {
         let info = capture.info(i);
         let gbuffer = gbuffer.get_or_insert_with(|| gbuffer_for(&gpu.device, &frame));
         upload(&gpu.device, &gpu.queue, &frame, gbuffer);
-        let mut camera = info.camera();
-        if args.wrong == Some(Wrong::StillCamera) {
-            camera.view_from_world = capture.info(0).view;
-        }
         for (denoiser, view) in denoisers.iter_mut().zip(views.iter().copied()) {
             let inputs = FrameInputs::new(RequiredInputs {
                 radiance: &gbuffer.radiance,
@@ -98,11 +105,11 @@ fn main() -> Result<()> {
                 depth: &gbuffer.depth,
                 motion: &gbuffer.motion,
                 output: &output,
-                camera,
+                camera: info.camera(),
             })
             .with_history(if info.restart { HistoryMode::Restart } else { HistoryMode::Continue })
             .with_surface_id(&gbuffer.surface_id)
-            .with_emission(&gbuffer.emission)
+            .with_emission((args.wrong != Some(Wrong::NoEmission)).then_some(&gbuffer.emission))
             .with_debug((view, &debug));
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             denoiser.encode(&gpu.device, &gpu.queue, &mut encoder, &inputs, &settings)?;

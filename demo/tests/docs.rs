@@ -15,9 +15,14 @@ fn pages() -> Vec<PathBuf> {
     std::iter::once(top().join("README.md")).chain(docs.filter(is_page)).collect()
 }
 
-/// What stands between two marks, again and again.
-fn between<'a>(text: &'a str, open: &str, close: &str) -> Vec<&'a str> {
-    text.split(open).skip(1).filter_map(|rest| Some(rest.split_once(close)?.0)).collect()
+/// What links and pictures point to.
+fn links(prose: &str) -> Vec<&str> {
+    prose.split("](").skip(1).filter_map(|rest| Some(rest.split_once(')')?.0)).collect()
+}
+
+/// What stands in backticks.
+fn codes(prose: &str) -> Vec<&str> {
+    prose.split('`').skip(1).step_by(2).collect()
 }
 
 /// The text outside of fenced blocks, and what is in those of a language.
@@ -31,26 +36,35 @@ fn blocks<'a>(text: &'a str, language: &str) -> Vec<&'a str> {
 
 /// As GitHub makes anchors of headings.
 fn anchors(text: &str) -> BTreeSet<String> {
-    let headings = prose(text).lines().filter_map(|line| Some(line.strip_prefix('#')?.to_owned())).collect::<Vec<_>>();
+    let headings =
+        prose(text).lines().filter_map(|line| Some(line.strip_prefix('#')?.to_owned())).collect::<Vec<_>>();
     let slug = |heading: &String| {
         let kept = |c: &char| c.is_alphanumeric() || " -_".contains(*c);
-        heading.trim_start_matches('#').trim().to_lowercase().chars().filter(kept).collect::<String>().replace(' ', "-")
+        heading
+            .trim_start_matches('#')
+            .trim()
+            .to_lowercase()
+            .chars()
+            .filter(kept)
+            .collect::<String>()
+            .replace(' ', "-")
     };
     headings.iter().map(slug).collect()
 }
 
 fn broken_links(page: &Path, text: &str) -> Vec<String> {
     let mut broken = vec![];
-    for link in between(&prose(text), "](", ")") {
+    for link in links(&prose(text)) {
         if link.contains("://") {
             continue;
         }
         let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
         let target = if file.is_empty() { page.to_owned() } else { page.parent().unwrap().join(file) };
-        if !target.exists() {
+        if !file.is_empty() && !target.exists() {
             broken.push(format!("{}: nothing at {link}", page.display()));
         } else if !anchor.is_empty() {
-            let other = if file.is_empty() { text.to_owned() } else { std::fs::read_to_string(&target).unwrap() };
+            let other =
+                if file.is_empty() { text.to_owned() } else { std::fs::read_to_string(&target).unwrap() };
             if !anchors(&other).contains(anchor) {
                 broken.push(format!("{}: no heading {link}", page.display()));
             }
@@ -90,7 +104,7 @@ fn wrong_commands(page: &Path, text: &str) -> Vec<String> {
         .chain(all.get_subcommands())
         .flat_map(|command| command.get_arguments().filter_map(|argument| argument.get_long()))
         .collect();
-    for code in between(&prose(text), "`", "`").into_iter().filter(|code| !code.contains("cargo")) {
+    for code in codes(&prose(text)).into_iter().filter(|code| !code.contains("cargo")) {
         for option in code.split_whitespace().filter_map(|word| word.strip_prefix("--")) {
             if !options.contains(option) {
                 wrong.push(format!("{}: no option --{option}", page.display()));
@@ -103,7 +117,7 @@ fn wrong_commands(page: &Path, text: &str) -> Vec<String> {
 /// `Type::name` in backticks, where the type is one of the library's.
 fn unknown_names(page: &Path, text: &str, sources: &[String]) -> Vec<String> {
     let mut unknown = vec![];
-    for code in between(&prose(text), "`", "`") {
+    for code in codes(&prose(text)) {
         let Some((kind, name)) = code.split_once("::") else { continue };
         let name: String = name.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
         let is_home = |source: &&String| {
@@ -156,7 +170,9 @@ fn what_is_not_there_is_found() {
     let links = "# A Heading: of two\n[a](README.md) [b](nowhere.md) [c](#a-heading-of-two) [d](#another) ![e](no.png)";
     let broken = broken_links(&page, links);
     assert_eq!(broken.len(), 3, "{broken:?}");
-    assert!(broken[0].contains("nowhere.md") && broken[1].contains("#another") && broken[2].contains("no.png"));
+    assert!(
+        broken[0].contains("nowhere.md") && broken[1].contains("#another") && broken[2].contains("no.png")
+    );
 
     let shell = "`--jitter` `--jiter`\n```sh\n./demo/run.sh render --out a # pictures\n./demo/run.sh reorder --out a\n./demo/run.sh help still\n```\n";
     let wrong = wrong_commands(&page, shell);
