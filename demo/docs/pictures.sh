@@ -48,8 +48,6 @@ record lamp-on --start 11.4 --fps 15 --frames 20 --reference 64 --reference-fram
 # A view and a time that stand still.
 record still --start 10.5 --fps 1e6 --frames 64 --reference 256 --reference-frames 63
 record quarter --fps 15 --frames 16 --spp 0.25
-# The lamp of the hall goes off at 3.5 s, of which the colonnade sees little.
-record faint --start 2.7 --fps 15 --frames 24 --reference 64 --reference-frames 14
 
 replay sun quell
 replay sun noisy --method none
@@ -77,7 +75,6 @@ replay still short --max-history 8
 replay still long --max-history 1024
 replay quarter quell
 replay quarter noisy --method none
-replay faint quell
 
 debug sun sun 15
 debug sun sun-sign 15 --wrong motion-direction --views HistoryLength
@@ -90,7 +87,6 @@ debug lamp-on lamp-on 10 --views HistoryLength
 debug lamp-on lamp-em 18 --views Prediction
 debug lamp-on lamp-noem 18 --wrong no-emission --views Prediction
 debug still still 63 --views HistoryLength
-debug faint faint 14 --views HistoryLength
 
 # How it works
 side steps 120x80+90+95 300 2 "one sample per pixel" sun-noisy/frame_0015.png "TemporalMean" views-sun/TemporalMean.png \
@@ -119,7 +115,7 @@ side centres 110x62+80+116 300 3 "Uniform(4)" sun-uniform4/frame_0015.png "Adapt
     "Uniform(1)" sun-uniform1/frame_0015.png
 side budget 110x62+80+116 300 3 "Unlimited" sun-combined/frame_0015.png "Models(0)" sun-fast/frame_0015.png \
     "reference" views-sun/reference.png
-side max_history 110x70+60+100 300 2 "8" still-short/frame_0063.png "32" still-quell/frame_0063.png \
+side max_history 110x70+120+0 300 2 "8" still-short/frame_0063.png "32" still-quell/frame_0063.png \
     "1024" still-long/frame_0063.png "reference" views-still/reference.png
 
 # Known failures
@@ -127,13 +123,13 @@ side failure_shadows 110x62+80+116 300 3 "one sample per pixel" sun-noisy/frame_
     "reference" views-sun/reference.png
 side failure_thin 64x76+170+54 400 4 "one sample per pixel" bars-noisy/frame_0015.png "quell" bars-quell/frame_0015.png \
     "HistoryLength" views-bars/HistoryLength.png "reference" views-bars/reference.png
-side failure_switched 110x70+190+95 300 2 "quell" lamp-on-quell/frame_0010.png "reference" views-lamp-on/reference.png
-side failure_faint 140x90+0+50 300 2 "quell" faint-quell/frame_0014.png "reference" views-faint/reference.png
-side failure_mirrors 120x80+60+50 300 2 "one signal" mirrors-combined/frame_0016.png "with hit distances" mirrors-hit/frame_0016.png \
+side failure_switched 100x62+0+118 300 3 "second frame" lamp-on-quell/frame_0010.png "sixth" lamp-on-quell/frame_0014.png \
+    "reference of the second" views-lamp-on/reference.png
+side failure_mirrors 130x70+160+8 300 2 "one signal" mirrors-combined/frame_0016.png "with hit distances" mirrors-hit/frame_0016.png \
     "split" mirrors-quell/frame_0016.png "reference" views-mirrors/reference.png
-side failure_mirror_noise 120x80+60+50 300 2 "quell" mirrors-quell/frame_0016.png "reference" views-mirrors/reference.png
+side failure_mirror_noise 80x45+165+35 400 2 "quell" mirrors-quell/frame_0016.png "reference" views-mirrors/reference.png
 side failure_spots 110x62+0+110 300 2 "quell" lamp-off-quell/frame_0024.png "reference" views-lamp-off/reference.png
-side failure_specks 140x90+0+50 300 2 "quarter of a sample" quarter-noisy/frame_0015.png "quell" quarter-quell/frame_0015.png
+side failure_specks 120x75+30+100 300 2 "quarter of a sample" quarter-noisy/frame_0015.png "quell" quarter-quell/frame_0015.png
 side failure_cut 110x70+60+100 300 3 "first frame" sun-quell/frame_0000.png "second" sun-quell/frame_0001.png \
     "fourth" sun-quell/frame_0003.png
 side failure_emission 80x56+100+18 400 2 "with emission" views-lamp-em/output.png "without" views-lamp-noem/output.png
