@@ -39,6 +39,7 @@ pub struct Conventions {
 
 /// What the depth image holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum DepthEncoding {
     /// Distance from the eye's plane along the view direction, positive, in scene units.
     #[default]
@@ -53,6 +54,7 @@ pub enum DepthEncoding {
 
 /// Unit and axes of motion vectors.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub enum MotionUnit {
     /// Of the frame: 1 is its width or height; y down.
     #[default]
@@ -77,6 +79,7 @@ pub enum MotionDirection {
 
 /// How normals are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum NormalEncoding {
     /// x, y and z as they are, -1 to 1.
     #[default]
@@ -92,6 +95,7 @@ pub enum NormalEncoding {
 
 /// The space that normals are in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum NormalSpace {
     /// World space.
     #[default]

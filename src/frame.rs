@@ -13,6 +13,7 @@ pub enum HistoryMode {
 
 /// What a debug view shows. All are linear colours in 0 to 1 unless stated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 #[repr(u32)]
 pub enum DebugView {
     /// The models' prediction before it is mixed with the temporal mean (radiance, demodulated).
@@ -66,6 +67,7 @@ impl DebugView {
 
 /// What a frame was recorded with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct FrameOutputs {
     /// Whether the frame started without history: by `HistoryMode::Restart`, because it is the first, or because `specular`
     /// came or went.

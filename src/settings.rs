@@ -5,6 +5,7 @@ use crate::{Conventions, FrameError};
 /// How each model's window is chosen, among the tile of 8x8 pixels that is its centre with its four neighbours, 3x3 tiles, and,
 /// in frames of at least 320 pixels each way, 5x5 tiles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Windows {
     /// The one with the least Mallows' Cp: the fit's own error and what fitting has made it too small by.
     #[default]
@@ -18,11 +19,13 @@ pub enum Windows {
 
 /// Where models are placed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Centres {
     /// Coarse to fine: at each level where no model of the levels before covers well.
     #[default]
     Adaptive,
-    /// At every so many tiles of 8 pixels in x and y: 1 (dense), 2 or 4; and where these leave a hole.
+    /// At every so many tiles of 8 pixels in x and y: 1 (dense), 2 or 4; and where these leave a hole. With 4, windows are 5x5
+    /// tiles whatever [`Windows`] say, so that they reach each other.
     Uniform(u32),
 }
 
@@ -37,11 +40,12 @@ pub enum Centres {
 ///
 /// Holds for [`Centres::Adaptive`]; uniform centres are always fitted all.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub enum Budget {
     /// As many models as the image needs.
     #[default]
     Unlimited,
-    /// At most so many models, or those of the coarsest level where these are more.
+    /// At most so many models, or those of the coarsest level where these are more; half as many for each of two signals.
     Models(u32),
     /// As many models as keep the frame's time on the GPU below so many milliseconds, above 0. It is aimed at 95 % of it, from
     /// one model for 256 pixels on, and within some tens of frames; what a frame takes without finer models is the floor.
@@ -129,8 +133,8 @@ impl Settings {
         Self { max_history: 1024.0, ..Self::default() }
     }
 
-    /// For the least time: one model for 32x32 pixels is fitted and what earlier frames had is kept while it holds. Three
-    /// quarters of the time, at some loss where samples are clean.
+    /// For the least time: one model for 32x32 pixels is fitted and no finer one. It shows as seams of tiles and as blur where the
+    /// temporal mean has little to say, as after a cut.
     pub fn fast() -> Self {
         Self { budget: Budget::Models(0), ..Self::default() }
     }

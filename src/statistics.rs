@@ -5,6 +5,7 @@ use crate::readback::Readback;
 
 /// What a frame came to; see [`Denoiser::statistics`](crate::Denoiser::statistics).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Statistics {
     /// The frame, counted from 0 since the denoiser was created or resized.
     pub frame: u32,

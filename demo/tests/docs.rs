@@ -89,6 +89,9 @@ fn commands(text: &str) -> Vec<Vec<String>> {
     found
 }
 
+/// Of the examples, which have command lines of their own.
+const EXAMPLES_OPTIONS: [&str; 2] = ["mistake", "wrong"];
+
 fn wrong_commands(page: &Path, text: &str) -> Vec<String> {
     let mut wrong = vec![];
     for arguments in commands(text) {
@@ -103,6 +106,7 @@ fn wrong_commands(page: &Path, text: &str) -> Vec<String> {
     let options: BTreeSet<_> = std::iter::once(&all)
         .chain(all.get_subcommands())
         .flat_map(|command| command.get_arguments().filter_map(|argument| argument.get_long()))
+        .chain(EXAMPLES_OPTIONS)
         .collect();
     for code in codes(&prose(text)).into_iter().filter(|code| !code.contains("cargo")) {
         for option in code.split_whitespace().filter_map(|word| word.strip_prefix("--")) {

@@ -172,7 +172,7 @@ impl Played<'_> {
             budget,
             target_ms: match settings.budget {
                 Budget::Milliseconds(target_ms) => Some(target_ms),
-                Budget::Unlimited | Budget::Models(_) => None,
+                _ => None,
             },
             frame_ms: Percentiles::of(&times_ms),
             psnr_db: quality.mean.metrics.psnr_db,

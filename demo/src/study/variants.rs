@@ -40,9 +40,9 @@ impl Variant {
 
     fn centres_label(self) -> String {
         match self.centres {
-            Centres::Adaptive => "adaptive".to_owned(),
             Centres::Uniform(1) => "dense: every 8 px".to_owned(),
             Centres::Uniform(stride) => format!("uniform: every {} px", 8 * stride),
+            _ => "adaptive".to_owned(),
         }
     }
 
@@ -52,7 +52,7 @@ impl Variant {
             Windows::MallowsCp => "by Mallows' Cp",
             Windows::Fixed(1) => "fixed, five tiles",
             Windows::Fixed(2) => "fixed, 3x3 tiles",
-            Windows::Fixed(_) => "fixed, 5x5 tiles",
+            _ => "fixed, 5x5 tiles",
         }
     }
 }

@@ -165,13 +165,13 @@ fn budget_controls(ui: &mut Ui, budget: &mut Budget) {
         }
     });
     match budget {
-        Budget::Unlimited => {}
         Budget::Models(most) => {
             ui.add(Slider::new(most, 0..=100_000).logarithmic(true).text("Models"));
         }
         Budget::Milliseconds(target_ms) => {
             ui.add(Slider::new(target_ms, 0.1..=100.0).logarithmic(true).text("Time").suffix(" ms"));
         }
+        _ => {}
     }
 }
 

@@ -18,7 +18,7 @@ fn place(found: &Found, centres: Centres, sampled: &[bool]) -> ([Vec<usize>; LEV
         let enough = match centres {
             Centres::Adaptive => COVERAGE_ONE / 2,
             Centres::Uniform(only) if stride == only || stride == 1 => 1,
-            Centres::Uniform(_) => 0,
+            _ => 0,
         };
         let middle = |side: u32| (stride / 2..side).step_by(stride as usize);
         let tiles = middle(grid[1]).flat_map(|y| middle(grid[0]).map(move |x| (y * grid[0] + x) as usize));
