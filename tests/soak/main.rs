@@ -21,12 +21,13 @@ use rand::{Rng, SeedableRng, rngs::StdRng};
 use std::sync::Arc;
 
 /// Few: a driver on the CPU compiles anew for each combination of switches.
-const FRAMES: usize = 400;
+const FRAMES: usize = 480;
 /// After so many frames another combination of switches; in long runs after more, so that there are as many.
-const FRAMES_A_CASE: usize = 40;
-const MOST_CASES: usize = 60;
-/// Caches of driver and allocator are warm after a third of the frames; from then on the process may grow by this, in MB.
-const MOST_GROWTH_MB: f64 = 48.0;
+const FRAMES_A_CASE: usize = 20;
+const MOST_CASES: usize = 90;
+/// A third of the frames go through all combinations, the rest through the same again: the caches of driver and allocator are warm
+/// then, and the process may grow by this, in MB, which is less than 20 denoisers of the largest size.
+const MOST_GROWTH_MB: f64 = 16.0;
 
 fn from_environment(name: &str, default: usize) -> usize {
     match std::env::var(name) {
@@ -61,12 +62,15 @@ fn random_frames_are_sound_and_leave_nothing_behind() {
     let (pool, judge) = (Pool::new(&mut random), Judge::new());
     let pipelines = Arc::new(Pipelines::new(&gpu.device).unwrap());
     let mut denoisers = [0; 3].map(|_| denoiser(&mut random, &pipelines));
-    let mut cases = vec![];
+    let frames_a_case = FRAMES_A_CASE.max(frames / MOST_CASES);
+    let new_cases = (frames / 3).div_ceil(frames_a_case).max(1);
+    let all_cases: Vec<[Case; 3]> =
+        (0..new_cases).map(|_| std::array::from_fn(|_| Case::new(&mut random))).collect();
     let mut warm_mb = 0.0;
     for frame in 0..frames {
-        if frame % FRAMES_A_CASE.max(frames / MOST_CASES) == 0 {
+        let cases = &all_cases[frame / frames_a_case % new_cases];
+        if frame % (frames / 10).max(1) == 0 {
             println!("frame {frame}, {:.0} MB", resident_mb());
-            cases = denoisers.iter().map(|_| Case::new(&mut random)).collect();
         }
         if frame == frames / 3 {
             warm_mb = resident_mb();
