@@ -47,6 +47,12 @@ impl Controller {
         Self { least, most, limit, since: frame, readings: VecDeque::new(), used: None }
     }
 
+    /// Goes on in frames of another size, with as many models a pixel. Times of the old size say nothing of it.
+    pub fn rescale(&mut self, [least, most]: [u32; 2], frame: u32) {
+        let share = f64::from(most) / f64::from(self.most);
+        *self = Self::new([least, most], (f64::from(self.limit) * share).round() as u32, frame);
+    }
+
     /// Notes a time. Times that arrive twice or late do no harm.
     pub fn add_time(&mut self, Reading { frame, ms }: Reading) {
         if frame < self.since {

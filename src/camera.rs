@@ -16,6 +16,9 @@ pub struct Camera {
     pub jitter_px: Vec2,
 }
 
+/// What inverses and products of matrices may be off by.
+const ROUNDING: f32 = 1e-4;
+
 impl Camera {
     /// A camera without jitter.
     pub fn new(view_from_world: Mat4, clip_from_view: Mat4) -> Self {
@@ -33,8 +36,7 @@ impl Camera {
         if !view.is_finite() {
             return refuse("view_from_world", "has an entry that is not finite");
         }
-        // An inverse may be off by rounding.
-        if !view.row(3).abs_diff_eq(glam::Vec4::W, 1e-4) {
+        if !view.row(3).abs_diff_eq(glam::Vec4::W, ROUNDING) {
             return refuse("view_from_world", "has a last row other than 0 0 0 1 (is it transposed?)");
         }
         let rotation = glam::Mat3::from_mat4(view);
@@ -51,21 +53,24 @@ impl Camera {
         if p.x_axis.x == 0.0 || p.y_axis.y == 0.0 {
             return refuse("clip_from_view", "is singular (x or y scale is 0)");
         }
-        if p.x_axis.y != 0.0 || p.x_axis.w != 0.0 || p.y_axis.x != 0.0 || p.y_axis.w != 0.0 {
+        let is_near = |a: f32, b: f32| (a - b).abs() < ROUNDING;
+        let off_axes = [p.x_axis.y / p.y_axis.y, p.y_axis.x / p.x_axis.x, p.x_axis.w, p.y_axis.w];
+        if !off_axes.into_iter().all(|entry| is_near(entry, 0.0)) {
             return refuse("clip_from_view", "has shear, expected a perspective or orthographic projection");
         }
-        let (right, left, orthographic) = ((-1.0, 0.0), (1.0, 0.0), (0.0, 1.0));
-        match (conventions.handedness, (p.z_axis.w, p.w_axis.w)) {
-            (_, w) if w == orthographic => {}
-            (Handedness::Right, w) if w == right => {}
-            (Handedness::Left, w) if w == left => {}
-            (Handedness::Right, w) if w == left => {
+        let looks_along = |z: f32| is_near(p.z_axis.w, z) && is_near(p.w_axis.w, 0.0);
+        let is_orthographic = is_near(p.z_axis.w, 0.0) && is_near(p.w_axis.w, 1.0);
+        match conventions.handedness {
+            _ if is_orthographic => {}
+            Handedness::Right if looks_along(-1.0) => {}
+            Handedness::Left if looks_along(1.0) => {}
+            Handedness::Right if looks_along(1.0) => {
                 return refuse(
                     "clip_from_view",
                     "looks along +z (w = z), expected -z; is the view space left-handed? See `Conventions::handedness`",
                 );
             }
-            (Handedness::Left, w) if w == right => {
+            Handedness::Left if looks_along(-1.0) => {
                 return refuse(
                     "clip_from_view",
                     "looks along -z (w = -z), expected +z; is the view space right-handed? See `Conventions::handedness`",
@@ -77,6 +82,12 @@ impl Camera {
                     "is neither perspective (w = z or -z) nor orthographic (w = 1)",
                 );
             }
+        }
+        if conventions.depth == DepthEncoding::Hardware && [p.x_axis.z, p.y_axis.z] != [0.0; 2] {
+            return refuse(
+                "clip_from_view",
+                "has an oblique near plane, of which `DepthEncoding::Hardware` cannot tell distances; give linear depth",
+            );
         }
         // Depth must tell distances apart.
         let (a, b, c, d) = (p.z_axis.z, p.w_axis.z, p.z_axis.w, p.w_axis.w);

@@ -31,6 +31,9 @@ pub struct Conventions {
     pub motion_has_depth: bool,
     /// How three numbers of -1 to 1 are stored.
     pub normal_encoding: NormalEncoding,
+    /// Whether w of a normal image with four channels is roughness. Default true; false where it holds something else, or nothing:
+    /// then roughness is 1 without an image of its own.
+    pub normal_has_roughness: bool,
     /// The space that normals are in.
     pub normal_space: NormalSpace,
     /// Of the view space of [`Camera`].
@@ -123,6 +126,7 @@ impl Default for Conventions {
             motion_is_jittered: false,
             motion_has_depth: true,
             normal_encoding: NormalEncoding::default(),
+            normal_has_roughness: true,
             normal_space: NormalSpace::default(),
             handedness: Handedness::default(),
         }
@@ -146,18 +150,23 @@ impl Conventions {
     }
 
     /// Sets [`motion_is_jittered`](Self::motion_is_jittered).
-    pub fn with_jittered_motion(self, motion_is_jittered: bool) -> Self {
+    pub fn with_motion_is_jittered(self, motion_is_jittered: bool) -> Self {
         Self { motion_is_jittered, ..self }
     }
 
     /// Sets [`motion_has_depth`](Self::motion_has_depth).
-    pub fn with_motion_depth(self, motion_has_depth: bool) -> Self {
+    pub fn with_motion_has_depth(self, motion_has_depth: bool) -> Self {
         Self { motion_has_depth, ..self }
     }
 
     /// Sets [`normal_encoding`](Self::normal_encoding).
     pub fn with_normal_encoding(self, normal_encoding: NormalEncoding) -> Self {
         Self { normal_encoding, ..self }
+    }
+
+    /// Sets [`normal_has_roughness`](Self::normal_has_roughness).
+    pub fn with_normal_has_roughness(self, normal_has_roughness: bool) -> Self {
+        Self { normal_has_roughness, ..self }
     }
 
     /// Sets [`normal_space`](Self::normal_space).
@@ -249,7 +258,8 @@ impl Conventions {
             (NormalSpace::View, Handedness::Right) => flags::NORMAL_VIEW,
             (NormalSpace::View, Handedness::Left) => flags::NORMAL_VIEW | flags::NORMAL_MIRRORED,
         };
-        depth | motion | encoding | space
+        let roughness = if self.normal_has_roughness { 0 } else { flags::NORMAL_ALONE };
+        depth | motion | encoding | roughness | space
     }
 }
 
@@ -266,4 +276,48 @@ fn is_reversed(clip: Mat4) -> bool {
         p.z / p.w
     };
     at(2.0) < at(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::camera::{lh, rh};
+
+    /// Whatever the projection, what it stores tells the distance.
+    #[test]
+    fn depth_buffers_tell_distances() {
+        let swap = Mat4::from_cols(Vec4::X, Vec4::Y, Vec4::NEG_Z, Vec4::new(0.0, 0.0, 1.0, 1.0));
+        let right = [
+            rh::proj::directx::perspective(1.0, 1.5, 0.1, 100.0),
+            rh::proj::directx::perspective_infinite(1.0, 1.5, 0.1),
+            rh::proj::directx::perspective_infinite_reverse(1.0, 1.5, 0.1),
+            rh::proj::directx::orthographic(-2.0, 3.0, -1.0, 1.0, 0.1, 100.0),
+        ];
+        let left = [
+            lh::proj::directx::perspective(1.0, 1.5, 0.1, 100.0),
+            lh::proj::directx::perspective_infinite_reverse(1.0, 1.5, 0.1),
+            lh::proj::directx::orthographic(-2.0, 3.0, -1.0, 1.0, 0.1, 100.0),
+        ];
+        let sides = [(Handedness::Right, -1.0, &right[..]), (Handedness::Left, 1.0, &left[..])];
+        for (handedness, forwards, projections) in sides {
+            let conventions = Conventions::default().with_handedness(handedness);
+            for projection in projections.iter().flat_map(|&p| [p, swap * p]) {
+                let stored = |depth: f32| {
+                    let p = projection * Vec4::new(0.3, 0.2, forwards * depth, 1.0);
+                    p.z / p.w
+                };
+                let clip = conventions.right_handed(&Camera::new(Mat4::IDENTITY, projection)).clip_from_view;
+                assert_eq!(is_reversed(clip), stored(2.0) < stored(1.0), "{projection}");
+                let c = unprojection(clip);
+                for depth in [0.2, 1.0, 7.5, 60.0] {
+                    let d = stored(depth);
+                    let found = (c.x + c.y * d) / (c.z + c.w * d);
+                    assert!(
+                        (found / depth - 1.0).abs() < 1e-2,
+                        "{handedness:?} {projection}: {found} for {depth}"
+                    );
+                }
+            }
+        }
+    }
 }

@@ -9,8 +9,8 @@ use crate::scratch::Scratch;
 use crate::signal::Signal;
 use crate::statistics::StatisticsReader;
 use crate::{
-    Allocation, Budget, Camera, Centres, CreateError, DenoiserDescriptor, FrameError, FrameInputs,
-    FrameOutputs, HistoryMode, Memory, Notice, Settings, Statistics, layout,
+    Allocation, Budget, Camera, Centres, CreateError, DenoiserDescriptor, DeviceError, FrameError,
+    FrameInputs, FrameOutputs, HistoryMode, Memory, Notice, Settings, Statistics, layout,
 };
 use std::sync::Arc;
 use wgpu::{TextureFormat, TextureView};
@@ -60,7 +60,7 @@ impl Denoiser {
     /// Compiles the passes and creates history and scratch for one render size.
     ///
     /// # Errors
-    /// An empty size, device limits too low for it, or a device that has no memory left, was lost or failed; nothing is created
+    /// An empty size, device limits too low for it, pipelines of another device, or a device that has no memory left, was lost or failed; nothing is created
     /// then.
     pub fn new(device: &wgpu::Device, descriptor: &DenoiserDescriptor) -> Result<Self, CreateError> {
         layout::check(device, descriptor)?;
@@ -87,6 +87,7 @@ impl Denoiser {
     ) -> Result<Self, CreateError> {
         layout::check(device, descriptor)?;
         check_alive(device)?;
+        pipelines.check_device(device)?;
         let size = [descriptor.width, descriptor.height];
         Ok(catch(device, || Self {
             size,
@@ -140,7 +141,7 @@ impl Denoiser {
     }
 
     /// Changes the render size, the largest where frames come with a viewport. History is dropped; the next frame starts without.
-    /// To change it in every frame, give [`FrameInputs::viewport`] instead.
+    /// To change it in every frame, give [`FrameInputs::viewport`] instead. Nothing happens where the size is the same.
     ///
     /// # Errors
     /// As [`Denoiser::new`]; the denoiser then stays as it was.
@@ -149,6 +150,9 @@ impl Denoiser {
         device: &wgpu::Device,
         descriptor: &DenoiserDescriptor,
     ) -> Result<(), CreateError> {
+        if [descriptor.width, descriptor.height] == self.size {
+            return Ok(());
+        }
         let resized = Self::with_pipelines(device, descriptor, self.pipelines())?;
         *self = Self { was_noticed: self.was_noticed, ..resized };
         Ok(())
@@ -158,7 +162,8 @@ impl Denoiser {
     /// submission is. Frames must be submitted in the order they were recorded.
     ///
     /// # Errors
-    /// An input that does not keep the contract. Nothing was recorded then, and history is as it was.
+    /// An input that does not keep the contract, or a device that is lost or has no memory left. Nothing was recorded then, and
+    /// history is as it was: go on with motion from the last frame that was denoised, or by [`HistoryMode::Restart`].
     pub fn encode(
         &mut self,
         device: &wgpu::Device,
@@ -175,7 +180,7 @@ impl Denoiser {
         if is_split && self.specular.is_none() {
             self.specular = Some(catch(device, || Specular::new(device, self.size))?);
         }
-        let (limit, notice) = self.limit(device, queue, inputs, settings);
+        let (limit, notice) = self.limit(device, queue, inputs, settings, viewport.size)?;
         let decodes = settings.conventions.decodes();
         let specular = match &self.specular {
             Some(specular) if is_split => {
@@ -221,6 +226,7 @@ impl Denoiser {
         self.guides.swap();
         self.previous =
             Some(Previous { camera, size: viewport.size, was_limited: limit.is_some(), was_split: is_split });
+        self.was_noticed |= notice.is_some();
         self.frames = self.frames.wrapping_add(1);
         Ok(FrameOutputs { restarted: previous.is_none(), notice })
     }
@@ -232,18 +238,22 @@ impl Denoiser {
         queue: &wgpu::Queue,
         inputs: &FrameInputs<'_>,
         settings: &Settings,
-    ) -> (Option<u32>, Option<Notice>) {
+        size: [u32; 2],
+    ) -> Result<(Option<u32>, Option<Notice>), DeviceError> {
         let budget = if settings.centres == Centres::Adaptive { settings.budget } else { Budget::Unlimited };
         let Budget::Milliseconds(target_ms) = budget else {
             self.pacing = None;
-            return (if let Budget::Models(most) = budget { Some(most) } else { None }, None);
+            return Ok((if let Budget::Models(most) = budget { Some(most) } else { None }, None));
         };
         let statistics = self.statistics.latest();
-        let pacing = self.pacing.get_or_insert_with(|| Pacing::new(device, self.size, self.frames));
-        let limit = pacing.limit(queue, inputs, statistics, target_ms, self.frames);
+        let mut pacing = match self.pacing.take() {
+            Some(pacing) => pacing,
+            None => catch(device, || Pacing::new(device, size, self.frames))?,
+        };
+        let limit = pacing.limit(queue, inputs, statistics, target_ms, (self.frames, size));
         let notice = pacing.notice().filter(|_| !self.was_noticed);
-        self.was_noticed |= notice.is_some();
-        (Some(limit), notice)
+        self.pacing = Some(pacing);
+        Ok((Some(limit), notice))
     }
 }
 

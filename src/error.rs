@@ -11,8 +11,8 @@ pub enum DeviceError {
     /// dropping another one, helps.
     #[error("the device is out of memory; nothing was created (a smaller render size takes less)")]
     OutOfMemory,
-    /// The device was lost or destroyed: by a driver's reset, say. Everything on it is gone. Create a new device, and on it a new
-    /// denoiser; history starts anew. `wgpu::Device::set_device_lost_callback` tells why.
+    /// The device was lost or destroyed: by a driver's reset, say. Everything on it is gone. Create a new device, and on it new
+    /// pipelines and a new denoiser; history starts anew. `wgpu::Device::set_device_lost_callback` tells why.
     #[error("the device is lost; create a new one and a new denoiser on it")]
     Lost,
     /// The driver failed, in compiling a pass for example.
@@ -38,6 +38,11 @@ pub enum CreateError {
     /// The device failed.
     #[error(transparent)]
     Device(#[from] DeviceError),
+    /// The pipelines were compiled on another device.
+    #[error(
+        "the pipelines are of another device; expected those of the device that was given (after a loss, compile new ones)"
+    )]
+    OtherDevice,
     /// The device's limits are below what the passes need at this size.
     #[error("device limit `{limit}` is {available}, but quell needs {needed} at {width}x{height}")]
     Limit {

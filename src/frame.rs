@@ -39,11 +39,11 @@ pub enum DebugView {
     Windows = 10,
     /// How many models' windows hold the pixel; white at 16.
     Coverage = 11,
-    /// Expected error of the output: the root of the mean squared error of its luminance.
-    OutputError = 13,
     /// Predicted error of the models' prediction, before it is mixed with the temporal mean: the square root of the mean
     /// squared error of its luminance, demodulated.
     PredictedError = 12,
+    /// Expected error of the output: the root of the mean squared error of its luminance.
+    OutputError = 13,
 }
 
 impl DebugView {

@@ -40,7 +40,8 @@ pub struct FrameInputs<'a> {
     /// `Rgb10a2Unorm`; octahedral also `Rg16Float`, `Rg32Float`, `Rg8Snorm`, `Rg16Snorm`, unsigned `Rg8Unorm`, `Rg16Unorm`.
     pub normal_roughness: &'a TextureView,
     /// Depth, by default linear view-space depth, positive, in scene units; at or beyond `Settings::far` or 1e12, not positive or
-    /// not finite is a miss, so clear to 0. `R32Float`; of a depth buffer also `Depth32Float` or `Depth24Plus`.
+    /// not finite is a miss, so clear to 0. `R32Float`; of a depth buffer also `Depth32Float`, `Depth24Plus`, `Depth16Unorm`
+    /// or, by a view of the depth aspect alone, `Depth32FloatStencil8` or `Depth24PlusStencil8`.
     pub depth: &'a TextureView,
     /// Motion vector, by default `uv_prev = uv + motion.xy`, without jitter. With four channels, z is the previous view depth of
     /// the surface point minus the current one, unless
@@ -115,8 +116,10 @@ impl Viewport {
 
 /// Asks for the samples that each pixel should get in the next frame: where one more of them takes most off the expected
 /// relative squared error of the output. The camera is taken to move on as it did; what comes into view, and what just did,
-/// gets more at once. Trace that many paths per pixel and give the same image as [`FrameInputs::sample_count`].
+/// gets more at once. Trace that many paths per pixel and give the image as [`FrameInputs::sample_count`]; the same one may be asked to
+/// receive the next map.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub struct SampleMap<'a> {
     /// Receives the number of samples per pixel, 0 to four times the mean or to 2, rounded up; 1 at a miss, whose radiance is
     /// passed through. `R32Uint` with `STORAGE_BINDING`.
@@ -124,8 +127,20 @@ pub struct SampleMap<'a> {
     /// Mean samples per pixel, over what is no miss; 1/16 to 64. A quarter of them goes to all pixels alike.
     pub samples_per_pixel: f32,
     /// Luminance below which errors count absolutely, no longer relative to the pixel: what is about as dark in the picture
-    /// that is shown. Above 0; 0.1 where scenes are exposed around 1.
+    /// that is shown. Above 0; default 0.1, for scenes that are exposed around 1.
     pub dark_level: f32,
+}
+
+impl<'a> SampleMap<'a> {
+    /// With the default [`dark_level`](Self::dark_level).
+    pub fn new(view: &'a TextureView, samples_per_pixel: f32) -> Self {
+        Self { view, samples_per_pixel, dark_level: 0.1 }
+    }
+
+    /// Sets [`dark_level`](Self::dark_level).
+    pub fn with_dark_level(self, dark_level: f32) -> Self {
+        Self { dark_level, ..self }
+    }
 }
 
 impl<'a> FrameInputs<'a> {

@@ -37,7 +37,7 @@
 //! The method is sparse linear prediction: few linear models per frame, each fitted to the pixels of a window, predict all
 //! pixels. It follows Moon, Iglesias-Guitian, Yoon and Mitchell, "Adaptive Rendering with Linear Predictions" (SIGGRAPH
 //! 2015), carried into real time. Each pass is a file in `src/passes/` and a WGSL file of the same name in `shaders/`; what
-//! they share is in `shaders/include/`.
+//! they share is in `shaders/include/`. `src/recording.rs` has them in order.
 //!
 //! 1. **reproject** repairs the inputs (NaN, infinity, negative radiance, zero albedo), takes emission out and divides by
 //!    0.1 + 0.9 albedo, so that what is filtered is close to irradiance; and packs the surface of each pixel into a
@@ -86,6 +86,7 @@
 //! - **Motion**: by default `uv_prev = uv + motion`, y down: the vector points to where
 //!   the surface *was*. The debug views [`DebugView::Motion`] and [`DebugView::HistoryLength`] show at once when it is wrong:
 //!   history is then black wherever the camera moves.
+//! - **Wrong inputs**: [`InputCheck`] says in words which input looks wrong, from some tens of frames.
 //! - **Cuts**: say [`HistoryMode::Restart`]. **Resizes**: [`Denoiser::resize`]. **Dynamic resolution**, or images that hold more
 //!   than the frame: [`FrameInputs::viewport`].
 //! - **Several cameras**: one [`Denoiser`] each, with shared [`Pipelines`].

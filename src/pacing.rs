@@ -18,6 +18,8 @@ const PATIENCE: u32 = 8;
 pub(crate) struct Pacing {
     controller: Controller,
     timer: Option<Timer>,
+    /// Of the last frame, in pixels.
+    size: [u32; 2],
     frames: u32,
     is_timed: bool,
 }
@@ -25,13 +27,11 @@ pub(crate) struct Pacing {
 impl Pacing {
     /// Starts with one model for 256 pixels, at a frame.
     pub fn new(device: &wgpu::Device, size: [u32; 2], frame: u32) -> Self {
-        let tiles = layout::tiles(size);
-        let coarsest = tiles.map(|side| side.div_ceil(LEVEL_STRIDES[0]));
-        let bounds = [coarsest, tiles].map(|grid| layout::count(grid) as u32);
         let start = layout::count(size).div_ceil(PIXELS_A_MODEL) as u32;
         Self {
-            controller: Controller::new(bounds, start, frame),
+            controller: Controller::new(bounds(size), start, frame),
             timer: device.features().contains(Features::TIMESTAMP_QUERY).then(|| Timer::new(device)),
+            size,
             frames: 0,
             is_timed: false,
         }
@@ -44,8 +44,12 @@ impl Pacing {
         inputs: &FrameInputs<'_>,
         statistics: Option<Statistics>,
         target_ms: f32,
-        frame: u32,
+        (frame, size): (u32, [u32; 2]),
     ) -> u32 {
+        if size != self.size {
+            self.controller.rescale(bounds(size), frame);
+            self.size = size;
+        }
         let own = self.timer.as_mut().and_then(|timer| timer.newest(queue));
         let measured =
             inputs.measured_ms.map(|ms| Reading { frame: frame.saturating_sub(CALLERS_LATENCY), ms });
@@ -81,6 +85,13 @@ impl Pacing {
             timer.copies.record(device, encoder, &[&timer.resolved], frame);
         }
     }
+}
+
+/// The fewest and the most models of a frame of `size` pixels.
+fn bounds(size: [u32; 2]) -> [u32; 2] {
+    let tiles = layout::tiles(size);
+    let coarsest = tiles.map(|side| side.div_ceil(LEVEL_STRIDES[0]));
+    [coarsest, tiles].map(|grid| layout::count(grid) as u32)
 }
 
 /// Times frames by timestamps of its own: those that the caller may want take the passes, which have room for one pair.

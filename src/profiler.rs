@@ -6,8 +6,8 @@ use std::fmt::Debug;
 /// What times the passes of a frame, or marks them: timestamp queries of the caller's profiler, zones of a CPU profiler.
 /// [`Timestamps`] is the plain one.
 ///
-/// Both calls come between compute passes, once for each name of [`PASSES`] and in that order, also for a pass
-/// that has nothing to do in the frame.
+/// Both calls come between compute passes, once for each name of [`PASSES`], also for a pass that has nothing to do in the frame;
+/// in that order, but `debug_view` comes before the specular passes where it shows what is gone after them.
 pub trait PassProfiler: Debug {
     /// Before the pass is begun. What is returned becomes its `timestamp_writes`.
     fn begin(&self, pass: &'static str, encoder: &mut wgpu::CommandEncoder) -> Option<PassTimestamps>;

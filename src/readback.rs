@@ -1,5 +1,6 @@
 //! Copies of small buffers on their way from the GPU, read without blocking.
 
+use crate::gpu::catch;
 use std::collections::VecDeque;
 use std::sync::{
     Arc,
@@ -37,12 +38,16 @@ impl<M> Readback<M> {
         sources: &[&wgpu::Buffer],
         about: M,
     ) {
-        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("quell readback"),
-            size: sources.iter().map(|source| source.size()).sum(),
-            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
+        let create = || {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("quell readback"),
+                size: sources.iter().map(|source| source.size()).sum(),
+                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        // Without memory for it a frame goes without.
+        let Ok(buffer) = catch(device, create) else { return };
         let mut end = 0;
         for source in sources {
             encoder.copy_buffer_to_buffer(source, 0, &buffer, end, source.size());

@@ -9,7 +9,14 @@ const RADIANCE: &[F] = &[F::Rgba16Float, F::Rgba32Float, F::Rg11b10Ufloat];
 const ALBEDO: &[F] =
     &[F::Rgba8Unorm, F::Rgba8UnormSrgb, F::Bgra8Unorm, F::Bgra8UnormSrgb, F::Rgb10a2Unorm, F::Rgba16Float];
 const DEPTH: &[F] = &[F::R32Float];
-const DEPTH_BUFFER: &[F] = &[F::Depth32Float, F::Depth24Plus, F::R32Float];
+const DEPTH_BUFFER: &[F] = &[
+    F::Depth32Float,
+    F::Depth24Plus,
+    F::Depth16Unorm,
+    F::Depth32FloatStencil8,
+    F::Depth24PlusStencil8,
+    F::R32Float,
+];
 const MOTION: &[F] = &[F::Rg16Float, F::Rg32Float, F::Rgba16Float, F::Rgba32Float];
 const ROUGHNESS: &[F] =
     &[F::R8Unorm, F::R16Float, F::R32Float, F::Rg8Unorm, F::Rg16Float, F::Rgba8Unorm, F::Rgba16Float];
@@ -87,7 +94,12 @@ impl FrameInputs<'_> {
         for (image, view, formats, usage) in images {
             let Some(view) = view else { continue };
             check_image(image, view, formats, usage, frame)?;
-            let twin = given().find(|&(other, v)| other != image && v.texture() == view.texture());
+            // Where samples went is read before it is asked where they should go.
+            let is_in_turn = |other| image == "sample_map" && other == "sample_count";
+            let is_twin = |other, v: &wgpu::TextureView| {
+                other != image && !is_in_turn(other) && v.texture() == view.texture()
+            };
+            let twin = given().find(|&(other, v)| is_twin(other, v));
             if let Some((other, _)) = twin.filter(|_| usage == stored) {
                 return Err(FrameError::Aliased { image, other });
             }

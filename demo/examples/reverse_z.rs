@@ -119,7 +119,7 @@ fn conventions(mistake: Option<Mistake>) -> Conventions {
         .with_depth(DepthEncoding::Hardware)
         .with_motion_unit(MotionUnit::Pixels)
         .with_motion_direction(MotionDirection::FromPrevious)
-        .with_jittered_motion(true)
+        .with_motion_is_jittered(true)
         .with_normal_encoding(NormalEncoding::Octahedral)
         .with_normal_space(NormalSpace::View);
     match mistake {
@@ -127,7 +127,7 @@ fn conventions(mistake: Option<Mistake>) -> Conventions {
         Some(Mistake::Depth) => right.with_depth(DepthEncoding::Linear),
         Some(Mistake::MotionUnit) => right.with_motion_unit(MotionUnit::Uv),
         Some(Mistake::MotionDirection) => right.with_motion_direction(MotionDirection::ToPrevious),
-        Some(Mistake::MotionJitter) => right.with_jittered_motion(false),
+        Some(Mistake::MotionJitter) => right.with_motion_is_jittered(false),
         Some(Mistake::NormalEncoding) => right.with_normal_encoding(NormalEncoding::Signed),
         Some(Mistake::NormalSpace) => right.with_normal_space(NormalSpace::World),
     }

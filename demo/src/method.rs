@@ -179,10 +179,8 @@ impl MethodRunner {
         match &mut self.state {
             State::Quell { denoiser, output } => {
                 let lobes = gbuffer.lobes.as_ref().filter(|_| frame.split == Split::Full);
-                let sample_map = frame.sample_budget.map(|samples_per_pixel| SampleMap {
-                    view: &gbuffer.sample_map,
-                    samples_per_pixel,
-                    dark_level: DARK_LEVEL,
+                let sample_map = frame.sample_budget.map(|samples_per_pixel| {
+                    SampleMap::new(&gbuffer.sample_map, samples_per_pixel).with_dark_level(DARK_LEVEL)
                 });
                 let mut inputs = FrameInputs::new(RequiredInputs {
                     radiance: lobes.map_or(&gbuffer.radiance, |lobes| &lobes.rest),

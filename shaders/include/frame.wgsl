@@ -68,6 +68,7 @@ const FLAG_NORMAL_UNSIGNED = 524288u;
 const FLAG_NORMAL_OCTAHEDRAL = 1048576u;
 const FLAG_NORMAL_VIEW = 2097152u;
 const FLAG_NORMAL_MIRRORED = 4194304u;  // along z
+const FLAG_NORMAL_ALONE = 8388608u;     // without roughness in w
 
 // Whether the pass works on the radiance that left the first hit through the specular lobe. Compiled apart, so that it costs
 // nothing where there is one signal.

@@ -11,7 +11,7 @@ fn read_surface(pixel: vec2<u32>) -> Surface {
     var s: Surface;
     s.depth = view_depth_at(pixel);
     s.normal = decode_normal(shading.xyz);
-    var rough = shading.w;
+    var rough = select(shading.w, 1.0, has(frame, FLAG_NORMAL_ALONE));
     if has(frame, FLAG_ROUGHNESS) {
         rough = textureLoad(roughness, texel, 0).x;
     }

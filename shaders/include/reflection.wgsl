@@ -31,7 +31,7 @@ fn hit_distance_at(pixel: vec2<i32>, surface: Surface) -> f32 {
 
 // Mean over what the lobe takes in, as far as that is 3x3 pixels: a ray is one sample of it. Motion is linear in the inverse.
 fn known_hit_distance(pixel: vec2<u32>, surface: Surface, position: vec3<f32>) -> f32 {
-    let pixel_width = 2.0 * mix(1.0, surface.depth, frame.current.perspective) / (frame.current.scale.y * frame.current.size.y);
+    let pixel_width = 2.0 * mix(1.0, surface.depth, frame.current.perspective) / (abs(frame.current.scale.y) * frame.current.size.y);
     let own = hit_distance_at(vec2<i32>(pixel), surface);
     var sum = vec2(0.0);
     for (var i = 0; i < 9; i++) {

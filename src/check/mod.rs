@@ -163,7 +163,8 @@ impl InputCheck {
 
         self.kept.swap(0, 1);
         (self.before, self.previous) = (previous, Some(now));
-        self.cameras.add(&now.camera, now.size, previous.is_none());
+        let is_new = previous.is_none_or(|previous| previous.size != now.size);
+        self.cameras.add(&now.camera, now.size, is_new);
         self.given.ids |= inputs.surface_id.is_some();
         self.given.emission |= inputs.emission.is_some();
         self.given.hit_distance |= inputs.hit_distance.is_some();

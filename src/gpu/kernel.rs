@@ -182,21 +182,17 @@ impl Kernel {
 
 impl Recorder<'_> {
     /// Tells the profiler of a pass that has nothing to do, so that each of a frame's queries is written.
-    pub fn skip_pass(&mut self, name: &str) {
+    pub fn skip_pass(&mut self, name: &'static str) {
         if self.profiler.is_some() {
             self.pass(name, |_| {});
         }
     }
 
     /// A compute pass of a kernel, one of [`PASSES`](crate::PASSES), timed where the caller wants it.
-    pub fn pass(&mut self, name: &str, record: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
-        let place = crate::PASSES.iter().position(|pass| *pass == name).unwrap_or_default();
-        let index = if self.is_specular && place < crate::SIGNAL_PASSES {
-            place + crate::SIGNAL_PASSES
-        } else {
-            place
-        };
-        let label = crate::PASSES[index];
+    pub fn pass(&mut self, name: &'static str, record: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
+        let place = crate::PASSES.iter().position(|pass| *pass == name);
+        let of_signal = place.filter(|&place| self.is_specular && place < crate::SIGNAL_PASSES);
+        let label = of_signal.map_or(name, |place| crate::PASSES[place + crate::SIGNAL_PASSES]);
         let times = self.profiler.and_then(|profiler| profiler.begin(label, self.encoder));
         let timestamp_writes = times.as_ref().map(|times| wgpu::ComputePassTimestampWrites {
             query_set: &times.query_set,

@@ -31,6 +31,7 @@ pub mod flags {
     pub const NORMAL_OCTAHEDRAL: u32 = 1_048_576;
     pub const NORMAL_VIEW: u32 = 2_097_152;
     pub const NORMAL_MIRRORED: u32 = 4_194_304;
+    pub const NORMAL_ALONE: u32 = 8_388_608;
 }
 
 /// WGSL `View`.
@@ -61,7 +62,7 @@ impl ViewUniforms {
             shift: [clip.z_axis.x, clip.z_axis.y],
             offset: [clip.w_axis.x, clip.w_axis.y],
             jitter: camera.jitter_px.to_array(),
-            perspective: if clip.z_axis.w == 0.0 { 0.0 } else { 1.0 },
+            perspective: clip.z_axis.w.abs().round(),
             ..Self::zeroed()
         }
     }

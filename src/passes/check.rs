@@ -106,10 +106,6 @@ impl Check {
         ];
         let mut resources: Vec<_> = images.into_iter().map(BindingResource::TextureView).collect();
         resources.extend([suspects.as_entire_binding(), statistics.as_entire_binding()]);
-        let group = self.0.bind(recorder, &resources);
-        // Not one of the denoiser's passes, so that its timestamps are left alone.
-        let descriptor = wgpu::ComputePassDescriptor { label: Some(DESCRIPTOR.name), timestamp_writes: None };
-        let mut pass = recorder.encoder.begin_compute_pass(&descriptor);
-        self.0.dispatch(&mut pass, &group, extent);
+        self.0.record(recorder, &resources, extent);
     }
 }

@@ -15,10 +15,10 @@ pub mod sample_gains;
 pub mod sample_map;
 pub mod sample_rate;
 
-use crate::DeviceError;
 use crate::gpu::{
     Compiler, Constants, DECODING, KernelDescriptor, REFLECTIONS, SPECULAR, catch, check_alive,
 };
+use crate::{CreateError, DeviceError};
 use std::sync::OnceLock;
 
 /// All kernels in the order they run; `centres`, `gains` and `choose` run within the pass `fit`, `sample_gains` and `sample_rate`
@@ -53,6 +53,7 @@ pub struct Pipelines {
     pub(crate) sample_map: sample_map::SampleMap,
     pub(crate) debug_view: debug_view::DebugView,
     cache: Option<wgpu::PipelineCache>,
+    device: wgpu::Device,
 }
 
 /// What passes are compiled for.
@@ -111,7 +112,13 @@ impl Pipelines {
             sample_map: sample_map::SampleMap::new(compiler),
             debug_view: debug_view::DebugView::new(compiler),
             cache: cache.cloned(),
+            device: device.clone(),
         })
+    }
+
+    /// Refuses another device than the one they were compiled on, of the same instance.
+    pub(crate) fn check_device(&self, device: &wgpu::Device) -> Result<(), CreateError> {
+        if self.device == *device { Ok(()) } else { Err(CreateError::OtherDevice) }
     }
 
     /// What denoises one signal, where `decodes` tells whether conventions are other than quell's own; compiled by the first call.

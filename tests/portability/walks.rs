@@ -91,7 +91,7 @@ pub fn render(walk: Walk, pipelines: &Arc<Pipelines>) -> Vec<Frame> {
                 .inputs(frame.camera, history)
                 .with_emission((walk != Walk::Split).then_some(&emission))
                 .with_specular_albedo((walk == Walk::Split).then_some(&specular_albedo))
-                .with_sample_map(SampleMap { view: &samples, samples_per_pixel: 0.5, dark_level: 0.1 });
+                .with_sample_map(SampleMap::new(&samples, 0.5));
             submit(&mut denoiser, &inputs, &settings);
             let output = read_output(&images.output);
             // Two drivers that show nothing would agree.

@@ -3,8 +3,9 @@
 use crate::pool::{Pool, SIZE};
 use glam::{Mat4, Quat, Vec2, Vec3, camera::rh::proj::directx};
 use quell::{
-    Budget, Camera, Centres, Conventions, DepthEncoding, FrameInputs, Handedness, HistoryMode,
-    MotionDirection, MotionUnit, NormalEncoding, NormalSpace, RequiredInputs, Settings, Viewport, Windows,
+    Budget, Camera, Centres, Conventions, DebugView, DepthEncoding, FrameInputs, Handedness, HistoryMode,
+    MotionDirection, MotionUnit, NormalEncoding, NormalSpace, RequiredInputs, SampleMap, Settings, Viewport,
+    Windows,
 };
 use rand::{Rng, rngs::StdRng, seq::IndexedRandom};
 
@@ -19,6 +20,8 @@ pub struct Case {
     has_hit_distance: bool,
     has_specular: bool,
     has_specular_albedo: bool,
+    shown: Option<DebugView>,
+    has_map: bool,
     innovation: bool,
     mix: bool,
     windows: Windows,
@@ -36,7 +39,7 @@ impl Case {
         let [has_id, has_emission, has_count, has_roughness, has_hit_distance, has_specular] =
             std::array::from_fn(|_| chance());
         let has_specular_albedo = has_specular && chance();
-        let (innovation, mix) = (!chance(), !chance());
+        let (innovation, mix, has_map, is_shown) = (!chance(), !chance(), chance(), chance());
         Self {
             conventions: conventions(random),
             has_id,
@@ -46,6 +49,8 @@ impl Case {
             has_hit_distance,
             has_specular,
             has_specular_albedo,
+            shown: is_shown.then(|| one_of(random, &DebugView::ALL)),
+            has_map,
             innovation,
             mix,
             windows: one_of(random, &[Windows::MallowsCp, Windows::RingError, Windows::Fixed(3)]),
@@ -96,6 +101,8 @@ impl Case {
         .with_hit_distance(self.has_hit_distance.then(|| some(random, &pool.scalars)))
         .with_specular(self.has_specular.then(|| some(random, &pool.colours)))
         .with_specular_albedo(self.has_specular_albedo.then(|| some(random, &pool.colours)))
+        .with_debug(self.shown.map(|view| (view, &pool.shown)))
+        .with_sample_map(self.has_map.then(|| SampleMap::new(&pool.map, random.random_range(0.0625..64.0))))
         .with_measured_ms(random.random_bool(0.5).then(|| random.random_range(0.0..20.0)));
         let settings = Settings::default()
             .with_conventions(self.conventions)
@@ -124,8 +131,8 @@ fn conventions(random: &mut StdRng) -> Conventions {
             &[MotionUnit::Uv, MotionUnit::Pixels, MotionUnit::Ndc, MotionUnit::Scaled(scale)],
         ))
         .with_motion_direction(one_of(random, &[MotionDirection::ToPrevious, MotionDirection::FromPrevious]))
-        .with_jittered_motion(random.random())
-        .with_motion_depth(random.random())
+        .with_motion_is_jittered(random.random())
+        .with_motion_has_depth(random.random())
         .with_normal_encoding(one_of(random, &encodings))
         .with_normal_space(one_of(random, &[NormalSpace::World, NormalSpace::View]))
         .with_handedness(one_of(random, &[Handedness::Right, Handedness::Left]))

@@ -1,6 +1,6 @@
 //! Images to draw from: every format of the contract, sane and hostile contents.
 
-use crate::gpu::upload;
+use crate::gpu::{blank, upload};
 use rand::{Rng, rngs::StdRng, seq::IndexedRandom};
 use wgpu::TextureFormat as Format;
 
@@ -63,6 +63,9 @@ pub struct Pool {
     pub motions: Vec<wgpu::TextureView>,
     pub ids: Vec<wgpu::TextureView>,
     pub counts: Vec<wgpu::TextureView>,
+    /// Are written.
+    pub shown: wgpu::TextureView,
+    pub map: wgpu::TextureView,
 }
 
 /// An image of this format whose every number is of this content.
@@ -104,6 +107,8 @@ impl Pool {
             motions: of(&[Format::Rg32Float, Format::Rgba16Float, Format::Rg16Float]),
             ids: of(&[Format::R32Uint]),
             counts: of(&[Format::R8Uint, Format::R32Uint]),
+            shown: blank(SIZE, Format::Rgba16Float),
+            map: blank(SIZE, Format::R32Uint),
         }
     }
 }

@@ -168,6 +168,7 @@ fn without_times_the_limit_is_held_and_that_is_said_once() {
     assert!(limits.iter().all(|&limit| limit == held), "{limits:?}, expected {held}");
     assert_eq!(notices, [Notice::NoTimestamps]);
     let [width, height] = SIZE;
+    quell.resize(&gpu().device, &DenoiserDescriptor::new(1, 1)).unwrap();
     quell.resize(&gpu().device, &DenoiserDescriptor::new(width, height)).unwrap();
     assert_eq!(paced(&mut quell, 20, 2.0, false).1, [], "not again after a resize");
 }

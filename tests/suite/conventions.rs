@@ -164,7 +164,7 @@ fn motion_may_have_another_unit_and_direction() {
 
 #[test]
 fn motion_may_have_the_jitter_in_it() {
-    let conventions = Conventions::default().with_jittered_motion(true);
+    let conventions = Conventions::default().with_motion_is_jittered(true);
     let size = Vec2::new(SIZE[0] as f32, SIZE[1] as f32);
     // A jittered projection shows a point that much towards the other side.
     check_motion("jittered", conventions, |uv, [now, before]| uv + (now - before) / size);
@@ -175,7 +175,7 @@ fn motion_may_have_the_jitter_in_it() {
 /// What lies in z of motion that tells nothing of depth is not looked at.
 #[test]
 fn motion_may_have_something_else_in_z() {
-    let conventions = Conventions::default().with_motion_depth(false);
+    let conventions = Conventions::default().with_motion_has_depth(false);
     check("without depth", conventions, Some(Conventions::default()), |frame, _| {
         let motion: Vec<[f32; 4]> = frame.motion.iter().map(|&[x, y]| [x, y, 3.0, 1.0]).collect();
         Rewritten { motion: image(Format::Rgba32Float, &motion), ..Rewritten::default() }

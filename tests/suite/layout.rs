@@ -106,6 +106,7 @@ fn constants_match_the_wgsl() {
         ("FLAG_NORMAL_OCTAHEDRAL", flags::NORMAL_OCTAHEDRAL),
         ("FLAG_NORMAL_VIEW", flags::NORMAL_VIEW),
         ("FLAG_NORMAL_MIRRORED", flags::NORMAL_MIRRORED),
+        ("FLAG_NORMAL_ALONE", flags::NORMAL_ALONE),
     ];
     for (name, value) in expected {
         assert_eq!(constant(&module, name), value, "{name}");

@@ -14,7 +14,7 @@ const DARK_LEVEL: f32 = 0.1;
 fn asked(quell: &mut Denoiser, frame: &Frame, samples_per_pixel: f32) -> Vec<u32> {
     let images = frame.upload();
     let view = &blank(SIZE, Format::R32Uint);
-    let sample_map = Some(SampleMap { view, samples_per_pixel, dark_level: DARK_LEVEL });
+    let sample_map = Some(SampleMap::new(view, samples_per_pixel).with_dark_level(DARK_LEVEL));
     let inputs = images.inputs(frame.camera, HistoryMode::Continue).with_sample_map(sample_map);
     submit(quell, &inputs, &Settings::default());
     download(view)
@@ -182,18 +182,15 @@ fn wrong_requests_are_named() {
     let good = images.inputs(frame.camera, HistoryMode::Continue);
     let mut quell = denoiser(SIZE);
     let (view, other) = (&blank(SIZE, Format::R32Uint), &blank(SIZE, Format::Rgba16Float));
-    let right = SampleMap { view, samples_per_pixel: 1.0, dark_level: DARK_LEVEL };
+    let right = SampleMap::new(view, 1.0).with_dark_level(DARK_LEVEL);
     let cases = [
-        (SampleMap { view: other, ..right }, ["`sample_map`", "Rgba16Float", "R32Uint"]),
-        (SampleMap { view: &images.samples, ..right }, ["`sample_map`", "`sample_count`", "same texture"]),
-        (SampleMap { samples_per_pixel: 0.0, ..right }, ["sample_map.samples_per_pixel", "0", "1/16 to 64"]),
-        (
-            SampleMap { samples_per_pixel: 65.0, ..right },
-            ["sample_map.samples_per_pixel", "65", "1/16 to 64"],
-        ),
-        (SampleMap { samples_per_pixel: f32::NAN, ..right }, ["samples_per_pixel", "NaN", "1/16 to 64"]),
-        (SampleMap { dark_level: 0.0, ..right }, ["sample_map.dark_level", "0", "above 0"]),
-        (SampleMap { dark_level: f32::INFINITY, ..right }, ["sample_map.dark_level", "inf", "finite"]),
+        (SampleMap::new(other, 1.0), ["`sample_map`", "Rgba16Float", "R32Uint"]),
+        (SampleMap::new(&images.id, 1.0), ["`sample_map`", "`surface_id`", "same texture"]),
+        (SampleMap::new(view, 0.0), ["sample_map.samples_per_pixel", "0", "1/16 to 64"]),
+        (SampleMap::new(view, 65.0), ["sample_map.samples_per_pixel", "65", "1/16 to 64"]),
+        (SampleMap::new(view, f32::NAN), ["samples_per_pixel", "NaN", "1/16 to 64"]),
+        (right.with_dark_level(0.0), ["sample_map.dark_level", "0", "above 0"]),
+        (right.with_dark_level(f32::INFINITY), ["sample_map.dark_level", "inf", "finite"]),
     ];
     let gpu = crate::gpu::gpu();
     let mut refusal = |sample_map| -> Result<_, FrameError> {
@@ -206,4 +203,6 @@ fn wrong_requests_are_named() {
         assert!(parts.iter().all(|part| message.contains(part)), "{message}");
     }
     assert!(refusal(right).is_ok());
+    // It is read before it is written.
+    assert!(refusal(SampleMap::new(&images.samples, 1.0)).is_ok());
 }

@@ -187,7 +187,7 @@ fn debug_views_and_sample_maps_work_on_a_split() {
             let inputs = images
                 .inputs(split.camera, HistoryMode::Restart)
                 .with_debug((view, &debug))
-                .with_sample_map(SampleMap { view: &samples, samples_per_pixel: 1.0, dark_level: 0.1 });
+                .with_sample_map(SampleMap::new(&samples, 1.0));
             submit(&mut quell, &inputs, &Settings::default().with_debug_specular(debug_specular));
             let shown = read_output(&debug);
             assert_sound(&shown);

@@ -1,12 +1,15 @@
 //! Frames that are a part of their images, of a size that changes.
 
 use crate::gpu::{blank, upload};
-use crate::sequence::{Frame, Images, camera, denoiser, frame, psnr, read_output, submit, walk, with};
-use glam::Vec3;
-use quell::{DebugView, HistoryMode, SampleMap, Settings, Viewport};
+use crate::sequence::{
+    Frame, Images, camera, denoiser, frame, jittered_frame, psnr, read_output, submit, walk, with,
+};
+use glam::{Vec2, Vec3};
+use quell::{Conventions, DebugView, DepthEncoding, HistoryMode, MotionUnit, SampleMap, Settings, Viewport};
 use wgpu::TextureFormat as Format;
 
-const SIZE: [u32; 2] = [64, 48];
+// No whole workgroups.
+const SIZE: [u32; 2] = [61, 45];
 const LARGEST: [u32; 2] = [93, 75];
 const ORIGIN: [u32; 2] = [13, 7];
 const STEP: Vec3 = Vec3::new(0.02, 0.0, -0.02);
@@ -56,18 +59,19 @@ fn a_part_of_larger_images_is_denoised_as_if_it_were_alone() {
         if is_split {
             frames = frames.iter().zip(0..).map(|(frame, i)| crate::mirror::mirrored(frame, i)).collect();
         }
+        // Rays lead through the frame's pixels, not the images'.
+        let conventions = Conventions::default().with_depth(DepthEncoding::Distance);
+        let settings = Settings::default().with_conventions(conventions);
         let [mut alone, mut inside] = [denoiser(SIZE), denoiser(LARGEST)];
         for frame in &frames {
             let images = frame.upload();
             let [shown, samples] = [blank(SIZE, Format::Rgba16Float), blank(SIZE, Format::R32Uint)];
-            let ask = |view| SampleMap { view, samples_per_pixel: 1.0, dark_level: 0.1 };
+            let ask = |view| SampleMap::new(view, 1.0);
             let view = DebugView::Motion;
+            // Any content will do for what is compared with itself.
             let inputs = images.inputs(frame.camera, HistoryMode::Continue);
-            submit(
-                &mut alone,
-                &inputs.with_debug((view, &shown)).with_sample_map(ask(&samples)),
-                &Settings::default(),
-            );
+            let inputs = inputs.with_emission(&images.albedo).with_roughness(&images.depth);
+            submit(&mut alone, &inputs.with_debug((view, &shown)).with_sample_map(ask(&samples)), &settings);
 
             let placed: Images = within(frame, LARGEST, ORIGIN).upload();
             let grey = vec![[half::f16::from_f32(0.25); 4]; (LARGEST[0] * LARGEST[1]) as usize];
@@ -76,10 +80,11 @@ fn a_part_of_larger_images_is_denoised_as_if_it_were_alone() {
                 [blank(LARGEST, Format::Rgba16Float), blank(LARGEST, Format::R32Uint)];
             let inputs = placed.inputs(frame.camera, HistoryMode::Continue).with_viewport(viewport);
             let inputs = with(inputs, |inputs| inputs.output = &output);
+            let inputs = inputs.with_emission(&placed.albedo).with_roughness(&placed.depth);
             submit(
                 &mut inside,
                 &inputs.with_debug((view, &part_shown)).with_sample_map(ask(&part_samples)),
-                &Settings::default(),
+                &settings,
             );
 
             let written = read_output(&output);
@@ -87,8 +92,11 @@ fn a_part_of_larger_images_is_denoised_as_if_it_were_alone() {
             assert_eq!(cut(&read_output(&part_shown), LARGEST, viewport), read_output(&shown));
             let [all, part] = [&samples, &part_samples].map(crate::gpu::download::<u32>);
             assert_eq!(cut(&part, LARGEST, viewport), all);
-            let touched = written.iter().filter(|&&texel| texel != [0.25; 3]).count();
-            assert!(touched <= (SIZE[0] * SIZE[1]) as usize, "{touched} pixels were written");
+            let outside =
+                |touched: usize| assert!(touched <= (SIZE[0] * SIZE[1]) as usize, "{touched} pixels");
+            outside(written.iter().filter(|&&texel| texel != [0.25; 3]).count());
+            outside(read_output(&part_shown).iter().filter(|&&texel| texel != [0.0; 3]).count());
+            outside(part.iter().filter(|&&samples| samples != 0).count());
         }
     }
 }
@@ -140,6 +148,40 @@ fn history_is_kept_where_the_size_changes() {
     assert!(changing > none + 2.0, "{changing:.1} against {none:.1} without history");
 }
 
+/// Motion in pixels of the frame, with the jitter of both frames in it, through sizes that change: each jitter counts in the pixels of
+/// its own frame.
+#[test]
+fn motion_is_that_of_its_frame_where_the_size_changes() {
+    let jitter = |i: usize| Vec2::new(0.37, -0.29) * if i.is_multiple_of(2) { 1.0 } else { -1.0 };
+    let conventions =
+        Conventions::default().with_motion_unit(MotionUnit::Pixels).with_motion_is_jittered(true);
+    let outputs = [Conventions::default(), conventions].map(|conventions| {
+        let mut quell = denoiser(LARGEST);
+        let mut output = vec![];
+        for (i, &size) in SIZES[..6].iter().enumerate() {
+            let eye = |i: usize| Vec3::new(0.0, 1.4, 1.0) + STEP * i as f32;
+            let before = i.saturating_sub(1);
+            let mut frame = jittered_frame(size, eye(i), eye(before), i as u64, jitter(i));
+            if conventions.motion_is_jittered {
+                let [now, then] = [size, SIZES[before]].map(|size| Vec2::new(size[0] as f32, size[1] as f32));
+                for motion in &mut frame.motion {
+                    let jittered = Vec2::from(*motion) + jitter(i) / now - jitter(before) / then;
+                    *motion = (jittered * now).to_array();
+                }
+            }
+            let images = within(&frame, LARGEST, [0, 0]).upload();
+            let inputs = images.inputs(frame.camera, HistoryMode::Continue);
+            let viewport = Viewport::of_size(size[0], size[1]);
+            let settings = Settings::default().with_conventions(conventions);
+            submit(&mut quell, &inputs.with_viewport(viewport), &settings);
+            output = cut(&read_output(&images.output), LARGEST, viewport);
+        }
+        output
+    });
+    let alike = psnr(&outputs[0], &outputs[1]);
+    assert!(alike > 80.0, "{alike:.1} dB");
+}
+
 #[test]
 fn nothing_is_allocated_where_the_size_changes() {
     let mut quell = denoiser(LARGEST);
@@ -160,11 +202,11 @@ fn viewports_that_do_not_fit_are_named() {
     let mut quell = denoiser(SIZE);
     let gpu = crate::gpu::gpu();
     let cases = [
-        ([0, 0], [0, 48], "[0, 48]"),
-        ([0, 0], [65, 48], "[64, 48]"),
-        ([u32::MAX, 0], [64, 48], "[4294967295, 0]"),
-        ([30, 7], [64, 48], "93x75"),
-        ([13, 28], [64, 48], "`radiance`"),
+        ([0, 0], [0, 45], "[0, 45]"),
+        ([0, 0], [62, 45], "[61, 45]"),
+        ([u32::MAX, 0], [61, 45], "[4294967295, 0]"),
+        ([33, 7], [61, 45], "93x75"),
+        ([13, 31], [61, 45], "`radiance`"),
     ];
     let mut encode = |origin, size| {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -176,5 +218,5 @@ fn viewports_that_do_not_fit_are_named() {
         let message = encode(origin, size).unwrap_err().to_string();
         assert!(message.contains(part) && message.contains("viewport"), "{message}");
     }
-    assert!(encode([29, 27], [64, 48]).is_ok());
+    assert!(encode([32, 30], [61, 45]).is_ok());
 }

@@ -73,7 +73,7 @@ fn nothing_is_raised_by_conventions_that_fit() {
     let cases: [(&str, Conventions); 8] = [
         ("motion backwards", right.with_motion_direction(MotionDirection::FromPrevious)),
         ("motion in UV", right.with_motion_unit(MotionUnit::Uv)),
-        ("jitter in motion", right.with_jittered_motion(true)),
+        ("jitter in motion", right.with_motion_is_jittered(true)),
         ("normals in view space", right.with_normal_space(NormalSpace::View)),
         ("normals packed", right.with_normal_encoding(NormalEncoding::Unsigned)),
         ("hardware depth of the projection", right.with_depth(DepthEncoding::Hardware)),
@@ -97,7 +97,7 @@ fn conventions_that_do_not_fit_are_named() {
     let cases = [
         ("motion", Mistake::MotionSign, right.with_motion_direction(MotionDirection::FromPrevious)),
         ("motion", Mistake::MotionScale, right.with_motion_unit(MotionUnit::Uv)),
-        ("motion", Mistake::JitterInMotion, right.with_jittered_motion(true)),
+        ("motion", Mistake::JitterInMotion, right.with_motion_is_jittered(true)),
         ("normal_roughness", Mistake::NormalsInWorldSpace, right.with_normal_space(NormalSpace::View)),
         ("normal_roughness", Mistake::NormalEncoding, right.with_normal_encoding(NormalEncoding::Unsigned)),
         ("depth", Mistake::DepthLinear, right.with_depth(DepthEncoding::Hardware)),
