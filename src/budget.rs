@@ -172,6 +172,18 @@ mod tests {
     }
 
     #[test]
+    fn frames_of_another_size_get_as_many_models_a_pixel() {
+        let mut controller = Controller::new(BOUNDS, 1000, 0);
+        controller.rescale(BOUNDS.map(|bound| bound / 4), 7);
+        // Times of the old size do not count.
+        (0..7).for_each(|frame| controller.add_time(Reading { frame, ms: 50.0 }));
+        assert_eq!(controller.limit(1.0, 7), 250);
+        // The fewest are those of the new one.
+        (7..30).for_each(|frame| controller.add_time(Reading { frame, ms: 50.0 }));
+        assert_eq!(controller.limit(1.0, 30), BOUNDS[0] / 4);
+    }
+
+    #[test]
     fn it_settles_within_the_target_from_either_side_and_stays() {
         for target_ms in [2.5, 3.0, 4.0, 5.5] {
             let (times, limits) = run(400, target_ms, |_, ms| (CALM, Some(ms)));

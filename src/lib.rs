@@ -37,7 +37,9 @@
 //! The method is sparse linear prediction: few linear models per frame, each fitted to the pixels of a window, predict all
 //! pixels. It follows Moon, Iglesias-Guitian, Yoon and Mitchell, "Adaptive Rendering with Linear Predictions" (SIGGRAPH
 //! 2015), carried into real time. Each pass is a file in `src/passes/` and a WGSL file of the same name in `shaders/`; what
-//! they share is in `shaders/include/`. `src/recording.rs` has them in order.
+//! they share is in `shaders/include/`. `src/recording.rs` has them in order. Two passes take several kernels: `fit` places centres
+//! by `centres`, under a budget by `gains` and `choose`; `sample_map` counts by `sample_gains` and `sample_rate`. `check` is apart:
+//! it is that of [`InputCheck`].
 //!
 //! 1. **reproject** repairs the inputs (NaN, infinity, negative radiance, zero albedo), takes emission out and divides by
 //!    0.1 + 0.9 albedo, so that what is filtered is close to irradiance; and packs the surface of each pixel into a
