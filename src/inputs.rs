@@ -1,5 +1,6 @@
 //! One frame's inputs: images, camera, and what is asked for.
 
+use crate::gpu::flags;
 use crate::{Camera, DebugView, HistoryMode, PassProfiler};
 use wgpu::TextureView;
 
@@ -169,6 +170,20 @@ impl<'a> FrameInputs<'a> {
             profiler: None,
             measured_ms: None,
         }
+    }
+
+    /// Tells the shaders which optional inputs came.
+    pub(crate) fn flags(&self) -> u32 {
+        let inputs = [
+            (self.roughness.is_some(), flags::ROUGHNESS),
+            (self.surface_id.is_some(), flags::SURFACE_ID),
+            (self.emission.is_some(), flags::EMISSION),
+            (self.sample_count.is_some(), flags::SAMPLE_COUNT),
+            (self.specular.is_some(), flags::SPLIT),
+            (self.specular_albedo.is_some(), flags::SPECULAR_ALBEDO),
+            (self.hit_distance.is_some(), flags::HIT_DISTANCE),
+        ];
+        inputs.into_iter().filter_map(|(came, flag)| came.then_some(flag)).sum()
     }
 
     /// Sets [`history`](Self::history).

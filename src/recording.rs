@@ -238,18 +238,12 @@ impl Recording<'_> {
             index,
             firefly_limit: settings.firefly_limit,
             max_history: settings.max_history,
-            flags: flag(previous.is_some(), flags::HISTORY)
-                | flag(inputs.roughness.is_some(), flags::ROUGHNESS)
-                | flag(inputs.surface_id.is_some(), flags::SURFACE_ID)
-                | flag(inputs.emission.is_some(), flags::EMISSION)
-                | flag(inputs.sample_count.is_some(), flags::SAMPLE_COUNT)
+            flags: inputs.flags()
+                | flag(previous.is_some(), flags::HISTORY)
                 | flag(motion_depth, flags::MOTION_DEPTH)
                 | flag(settings.mix_temporal_mean, flags::MIX)
                 | flag(settings.innovation, flags::INNOVATION)
                 | flag(limit.is_some(), flags::LIMITED)
-                | flag(inputs.specular.is_some(), flags::SPLIT)
-                | flag(inputs.specular_albedo.is_some(), flags::SPECULAR_ALBEDO)
-                | flag(inputs.hit_distance.is_some(), flags::HIT_DISTANCE)
                 | flag(settings.windows == Windows::RingError, flags::RING_ERROR)
                 | flag(wants_error, flags::ERROR)
                 | flag(matches!(inputs.debug, Some((DebugView::MixWeight, _))), flags::SHOW_MIX),

@@ -218,20 +218,13 @@ impl InputCheck {
         previous: Option<&Seen>,
         viewport: Viewport,
     ) -> FrameUniforms {
-        let flag = |set: bool, bit: u32| if set { bit } else { 0 };
         let Viewport { origin, size } = viewport;
         let mut uniforms = FrameUniforms {
             size,
             origin,
             tiles: layout::tiles(size),
             far: settings.far,
-            flags: flag(previous.is_some(), flags::HISTORY)
-                | flag(inputs.roughness.is_some(), flags::ROUGHNESS)
-                | flag(inputs.surface_id.is_some(), flags::SURFACE_ID)
-                | flag(inputs.emission.is_some(), flags::EMISSION)
-                | flag(inputs.sample_count.is_some(), flags::SAMPLE_COUNT)
-                | flag(inputs.specular.is_some(), flags::SPLIT)
-                | flag(inputs.hit_distance.is_some(), flags::HIT_DISTANCE),
+            flags: inputs.flags() | if previous.is_some() { flags::HISTORY } else { 0 },
             ..FrameUniforms::zeroed()
         };
         let before = previous.unwrap_or(now);

@@ -9,9 +9,7 @@ use wgpu::TextureFormat as Format;
 
 /// On the CPU adapter first.
 pub fn device(instance: &wgpu::Instance) -> (wgpu::Device, wgpu::Queue) {
-    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
-    adapters.sort_by_key(|adapter| adapter.get_info().device_type != wgpu::DeviceType::Cpu);
-    pollster::block_on(adapters[0].request_device(&Default::default())).unwrap()
+    pollster::block_on(crate::gpu::adapter(instance).request_device(&Default::default())).unwrap()
 }
 
 pub struct Images {

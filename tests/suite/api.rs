@@ -1,6 +1,6 @@
 //! What an integrator relies on beside pixels: threads, limits, caches, profilers, formats, memory.
 
-use crate::gpu::upload;
+use crate::gpu::{adapter, upload};
 use crate::sequence::{denoiser, frame, psnr, read_output, submit, with};
 use glam::Vec3;
 use quell::{
@@ -72,8 +72,7 @@ fn a_profiler_hears_of_every_pass_in_order() {
 #[test]
 fn a_device_with_the_limits_that_are_asked_for_is_enough() {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
-    let adapter = adapters.iter().find(|a| a.get_info().device_type == wgpu::DeviceType::Cpu).unwrap();
+    let adapter = adapter(&instance);
     let hd = DenoiserDescriptor::new(1920, 1080);
     assert_eq!(hd.required_limits(), wgpu::Limits::default());
     let wide = DenoiserDescriptor::new(9000, 8);
@@ -94,8 +93,7 @@ fn a_device_with_the_limits_that_are_asked_for_is_enough() {
 #[test]
 fn pipelines_take_a_cache_and_what_it_held() {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
-    let adapter = adapters.iter().find(|a| a.get_info().device_type == wgpu::DeviceType::Cpu).unwrap();
+    let adapter = adapter(&instance);
     let descriptor = wgpu::DeviceDescriptor {
         required_features: adapter.features() & quell::OPTIONAL_FEATURES,
         ..Default::default()
@@ -209,8 +207,7 @@ fn presets_are_valid_and_differ() {
 #[test]
 fn pipelines_of_another_device_are_refused() {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
-    let adapter = adapters.iter().find(|a| a.get_info().device_type == wgpu::DeviceType::Cpu).unwrap();
+    let adapter = adapter(&instance);
     let device = || pollster::block_on(adapter.request_device(&Default::default())).unwrap().0;
     let (gone, new) = (device(), device());
     let size = DenoiserDescriptor::new(8, 8);

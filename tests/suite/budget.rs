@@ -1,6 +1,6 @@
 //! Whole frames under a budget of models or of time.
 
-use crate::gpu::{blank, gpu};
+use crate::gpu::{adapter, blank, gpu};
 use crate::sequence::{
     Frame, Light, camera, denoise, denoiser, frame, lit_frame, psnr, read_output, submit, walk,
 };
@@ -177,9 +177,7 @@ fn without_times_the_limit_is_held_and_that_is_said_once() {
 #[test]
 fn own_timestamps_set_the_limit() {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
-    adapters.sort_by_key(|adapter| adapter.get_info().device_type != wgpu::DeviceType::Cpu);
-    let adapter = adapters.first().expect("an adapter, as the other tests have it");
+    let adapter = adapter(&instance);
     let timestamps = wgpu::Features::TIMESTAMP_QUERY;
     if !adapter.features().contains(timestamps) {
         return;

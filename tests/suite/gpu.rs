@@ -13,10 +13,7 @@ pub fn gpu() -> &'static Gpu {
     static GPU: OnceLock<Gpu> = OnceLock::new();
     GPU.get_or_init(|| {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-        let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
-        adapters.sort_by_key(|adapter| adapter.get_info().device_type != wgpu::DeviceType::Cpu);
-        let adapter =
-            adapters.first().expect("no adapter: `apt-get install mesa-vulkan-drivers` gives one on the CPU");
+        let adapter = adapter(&instance);
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("quell tests"),
             required_features: wgpu::Features::empty(),
@@ -26,6 +23,14 @@ pub fn gpu() -> &'static Gpu {
         .unwrap();
         Gpu { device, queue }
     })
+}
+
+/// That of the CPU first.
+pub fn adapter(instance: &wgpu::Instance) -> wgpu::Adapter {
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    adapters.sort_by_key(|adapter| adapter.get_info().device_type != wgpu::DeviceType::Cpu);
+    let first = adapters.into_iter().next();
+    first.expect("no adapter: `apt-get install mesa-vulkan-drivers` gives one on the CPU")
 }
 
 /// An image of `size` with the given texels, readable, writable and copyable.
