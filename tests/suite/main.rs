@@ -1,6 +1,7 @@
 //! The library's test suite: one binary, on the CPU adapter where there is one.
 
 mod api;
+mod bevy;
 mod budget;
 mod check;
 mod conventions;

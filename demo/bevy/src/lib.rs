@@ -1,0 +1,104 @@
+//! quell for bevy: denoises Solari's ray-traced lighting, and any other noisy light, on any GPU.
+//!
+//! ```no_run
+//! use bevy::prelude::*;
+//! use quell_bevy::{Quell, QuellPlugin};
+//!
+//! fn main() {
+//!     App::new()
+//!         .add_plugins((DefaultPlugins, QuellPlugin)) // and SolariPlugins
+//!         .add_systems(Startup, |mut commands: Commands| {
+//!             commands.spawn((Camera3d::default(), Quell::default())); // and SolariLighting
+//!         })
+//!         .run();
+//! }
+//! ```
+//!
+//! # A frame
+//!
+//! 1. `extract` copies each active camera's [`Quell`] to the render world, and takes it away again.
+//! 2. `denoise`, one system of the `Core3d` schedule, runs once per camera, after the opaque pass and before transmissive and
+//!    transparent things, so before TAA, upscalers and bloom. It decodes the deferred G-buffer (`decode.wgsl`) and calls
+//!    [`quell::Denoiser::encode`], whose output becomes the view target.
+//!
+//! Skies, and what is drawn forward (unlike `StandardMaterial`s, custom materials are by default), have no noise and pass through.
+//!
+//! # What it needs
+//!
+//! - Prepasses of depth and motion and the deferred one, HDR, no MSAA: [`Quell`] brings them along. Where one is missing all the same, an
+//!   error in the log names it and the frame stays noisy.
+//! - Materials in the deferred G-buffer: [`QuellPlugin`] makes deferred rendering the default, as Solari does.
+//! - Motion vectors that are true. What moves without them ghosts.
+//! - A camera without scale, in its own transform and its parents'.
+//!
+//! # What else there is
+//!
+//! - **Cuts and teleports**: [`Quell::restart`]. History is also dropped where a camera's frame was left out.
+//! - **Sizes**: windows that are resized, viewports of split screens, and `MainPassResolutionOverride`, which may change in every frame.
+//! - **Several cameras**: each has a history of its own; compiled passes are shared.
+//! - **Timings**: with bevy's `RenderDiagnosticsPlugin`, `render/quell` and one per pass, `render/quell/fit` for example.
+//! - **Anti-aliasing**: `TemporalAntiAliasing` beside [`Quell`]. quell keeps history without jitter and takes none away.
+
+#![warn(missing_docs)]
+
+mod component;
+mod conventions;
+mod decode;
+mod denoise;
+mod extract;
+mod refusal;
+mod timings;
+mod view;
+
+pub use component::{Quell, QuellBudget, QuellImages, QuellLight, QuellSettings, QuellSignal};
+pub use quell;
+pub use refusal::Refusal;
+pub use view::QuellView;
+
+use bevy::app::{App, Plugin};
+use bevy::core_pipeline::{
+    core_3d::{main_opaque_pass_3d, main_transparent_pass_3d},
+    schedule::{Core3d, Core3dSystems},
+};
+use bevy::ecs::schedule::{IntoScheduleConfigs, SystemSet};
+use bevy::log::warn;
+use bevy::pbr::{DefaultOpaqueRendererMethod, main_transmissive_pass_3d};
+use bevy::render::view::prepare_view_targets;
+use bevy::render::{ExtractSchedule, GpuResourceAppExt, Render, RenderApp, RenderSystems};
+
+/// Lets cameras have [`Quell`]. Costs nothing while none has, but that deferred rendering becomes the default for materials.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct QuellPlugin;
+
+/// Where quell runs in `Core3d`. Noisy light of your own goes before it, after or in the opaque pass.
+#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum QuellSystems {
+    /// Denoises the camera's signal.
+    Denoise,
+}
+
+impl Plugin for QuellPlugin {
+    fn build(&self, app: &mut App) {
+        // Without it there is no G-buffer to read. Cameras without a deferred prepass are drawn forward all the same.
+        app.register_type::<Quell>().insert_resource(DefaultOpaqueRendererMethod::deferred());
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            warn!("QuellPlugin does nothing: there is no RenderApp. Add it after RenderPlugin.");
+            return;
+        };
+        let denoise = denoise::denoise.in_set(QuellSystems::Denoise).in_set(Core3dSystems::MainPass);
+        render_app
+            .init_gpu_resource::<view::Shared>()
+            .add_systems(ExtractSchedule, extract::extract)
+            .add_systems(
+                Render,
+                view::allow_storage.in_set(RenderSystems::PrepareViews).before(prepare_view_targets),
+            )
+            .add_systems(
+                Core3d,
+                denoise
+                    .after(main_opaque_pass_3d)
+                    .before(main_transmissive_pass_3d)
+                    .before(main_transparent_pass_3d),
+            );
+    }
+}
