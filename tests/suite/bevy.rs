@@ -185,9 +185,10 @@ fn what_has_no_noise_is_a_miss() {
     let surface = Surface::of_pixel(20);
     let mut gbuffer = vec![surface.gbuffer(); surfaces().len()];
     let mut depth = vec![reverse_z(surface.view_depth); gbuffer.len()];
-    // Sky; something that was drawn forward, with depth but no G-buffer.
-    (gbuffer[1], depth[1]) = ([0; 4], 0.0);
-    gbuffer[2] = [0; 4];
+    // Sky; something that was drawn forward, with depth but no G-buffer: what bevy clears it to.
+    let cleared = [0, 0, 0, 1];
+    (gbuffer[1], depth[1]) = (cleared, 0.0);
+    gbuffer[2] = cleared;
     let texels = decode(&gbuffer, &depth, &whole_frame());
     assert!(close(texels.depth[0], surface.view_depth, 1e-4));
     assert_eq!(texels.depth[1..3], [0.0, 0.0]);

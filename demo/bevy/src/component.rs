@@ -3,7 +3,9 @@
 use bevy::asset::Handle;
 use bevy::camera::Hdr;
 use bevy::core_pipeline::prepass::{DeferredPrepass, DepthPrepass, MotionVectorPrepass};
-use bevy::ecs::{component::Component, reflect::ReflectComponent};
+use bevy::ecs::{
+    component::Component, lifecycle::HookContext, reflect::ReflectComponent, world::DeferredWorld,
+};
 use bevy::image::Image;
 use bevy::reflect::{Reflect, std_traits::ReflectDefault};
 use bevy::render::view::Msaa;
@@ -11,10 +13,11 @@ use quell::{Budget, DebugView, Settings};
 
 /// Denoises what this 3D camera sees. Removing the component, or deactivating the camera, stops it and frees what it held.
 ///
-/// Brings the prepasses that it reads with it, and `Msaa::Off`, which path-traced frames need.
+/// Brings the prepasses that it reads with it and `Hdr`, and sets `Msaa::Off`: ray-traced frames have one sample a pixel.
 #[derive(Component, Reflect, Clone, Debug, Default)]
 #[reflect(Component, Default, Clone)]
-#[require(Hdr, DeferredPrepass, DepthPrepass, MotionVectorPrepass, Msaa::Off)]
+#[require(Hdr, DeferredPrepass, DepthPrepass, MotionVectorPrepass)]
+#[component(on_add = set_msaa_off)]
 pub struct Quell {
     /// How it denoises. The default is meant to be left alone.
     pub settings: QuellSettings,
@@ -30,6 +33,11 @@ pub struct Quell {
     pub check_inputs: bool,
     /// History is dropped in a frame in which this number has changed: see [`Quell::restart`].
     pub restarts: u32,
+}
+
+/// Cameras have multisampling by default, and that default cannot be told from a wish.
+fn set_msaa_off(mut world: DeferredWorld, context: HookContext) {
+    world.commands().entity(context.entity).insert(Msaa::Off);
 }
 
 impl Quell {

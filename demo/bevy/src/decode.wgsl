@@ -35,8 +35,8 @@ fn decode(@builtin(global_invocation_id) id: vec3u) {
     textureStore(albedo, pixel, vec4f(base, 1));
     textureStore(normal_roughness, pixel, vec4f(normal_of(texel.a), base_roughness.a));
     textureStore(emission, pixel, vec4f(frame.emission_scale * unpack_rgb9e5(texel.g), 1));
-    // What was drawn forward left depth but no G-buffer: it has no noise, and passes through as a miss does.
-    let is_deferred = any(texel != vec4u(0));
+    // What was drawn forward left depth but no G-buffer: it has no noise, and passes through as a miss does. Bevy clears to 0, 0, 0, 1.
+    let is_deferred = any(texel.rgb != vec3u(0));
     textureStore(depth, pixel, vec4f(select(MISS, view_depth(textureLoad(depth_buffer, pixel, 0)), is_deferred)));
 }
 

@@ -1,13 +1,16 @@
 //! One view's frame, from bevy's images to quell's call.
 
 use crate::Refusal;
-use crate::component::{Quell, QuellLight, QuellSignal};
+use crate::component::{QuellLight, QuellSignal};
 use crate::conventions::{camera, conventions};
 use crate::decode::DecodeFrame;
+use crate::extract::ExtractedQuell;
 use crate::timings::Timings;
 use crate::view::{QuellView, Shared, ViewState};
 use bevy::asset::Handle;
 use bevy::camera::MainPassResolutionOverride;
+use bevy::core_pipeline::core_3d::Opaque3d;
+use bevy::core_pipeline::deferred::Opaque3dDeferred;
 use bevy::core_pipeline::prepass::ViewPrepassTextures;
 use bevy::diagnostic::FrameCount;
 use bevy::ecs::query::QueryData;
@@ -16,22 +19,22 @@ use bevy::image::Image;
 use bevy::render::camera::{ExtractedCamera, TemporalJitter};
 use bevy::render::diagnostic::RecordDiagnostics;
 use bevy::render::render_asset::RenderAssets;
+use bevy::render::render_phase::ViewBinnedRenderPhases;
 use bevy::render::render_resource::TextureView as BevyView;
 use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery};
 use bevy::render::texture::GpuImage;
-use bevy::render::view::{ExtractedView, Msaa, ViewTarget};
+use bevy::render::view::{ExtractedView, ViewTarget};
 use quell::wgpu::{TextureFormat, TextureView};
 use quell::{Camera, FrameInputs, FrameOutputs, HistoryMode, RequiredInputs, Settings, Viewport};
 
 /// What bevy knows of a view.
 #[derive(QueryData)]
 pub struct View {
-    quell: &'static Quell,
+    quell: &'static ExtractedQuell,
     state: &'static QuellView,
     camera: &'static ExtractedCamera,
     view: &'static ExtractedView,
     target: &'static ViewTarget,
-    msaa: &'static Msaa,
     prepass: Option<&'static ViewPrepassTextures>,
     resolution: Option<&'static MainPassResolutionOverride>,
     jitter: Option<&'static TemporalJitter>,
@@ -40,6 +43,8 @@ pub struct View {
 /// What is the same for all views.
 #[derive(SystemParam)]
 pub struct Gpu<'w> {
+    opaque: Res<'w, ViewBinnedRenderPhases<Opaque3d>>,
+    deferred: Res<'w, ViewBinnedRenderPhases<Opaque3dDeferred>>,
     device: Res<'w, RenderDevice>,
     queue: Res<'w, RenderQueue>,
     shared: Res<'w, Shared>,
@@ -53,7 +58,14 @@ pub fn denoise(view: ViewQuery<View>, gpu: Gpu, mut ctx: RenderContext) {
     let view = view.into_inner();
     let mut state = view.state.state();
     let outcome = denoise_view(&view, &mut state, &gpu, &mut ctx);
-    state.report(entity, outcome);
+    state.report(entity, outcome, draws_forward_only(&view, &gpu));
+}
+
+/// Whether nothing that the view sees is in its G-buffer, which users forget to ask for.
+fn draws_forward_only(view: &ViewItem<'_, '_>, gpu: &Gpu) -> bool {
+    let entity = &view.view.retained_view_entity;
+    let is_drawn = gpu.opaque.get(entity).is_some_and(|phase| !phase.is_empty());
+    is_drawn && gpu.deferred.get(entity).is_none_or(|phase| phase.is_empty())
 }
 
 fn denoise_view(
@@ -62,7 +74,7 @@ fn denoise_view(
     gpu: &Gpu,
     ctx: &mut RenderContext,
 ) -> Result<FrameOutputs, Refusal> {
-    let quell = view.quell;
+    let quell = &view.quell.0;
     let [gbuffer, depth, motion] = prepasses(view)?;
     let images = Images::of(view, &gpu.images)?;
     let (device, queue) = (gpu.device.wgpu_device(), &**gpu.queue);
@@ -135,9 +147,6 @@ fn denoise_view(
 
 /// G-buffer, depth, motion.
 fn prepasses(view: &ViewItem<'_, '_>) -> Result<[TextureView; 3], Refusal> {
-    if *view.msaa != Msaa::Off {
-        return Err(Refusal::Msaa(view.msaa.samples()));
-    }
     let prepass = view.prepass;
     let found = |name, image: Option<&BevyView>| image.map(wgpu_view).ok_or(Refusal::Prepass(name));
     Ok([
@@ -165,7 +174,7 @@ impl Images {
         let optional = |name, handle: &Option<Handle<Image>>| {
             handle.as_ref().map(|handle| image(name, handle)).transpose()
         };
-        match &view.quell.signal {
+        match &view.quell.0.signal {
             QuellSignal::View => {
                 let format = view.target.main_texture_format();
                 if format != TextureFormat::Rgba16Float {

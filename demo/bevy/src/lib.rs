@@ -27,7 +27,8 @@
 //!
 //! - Prepasses of depth and motion and the deferred one, HDR, no MSAA: [`Quell`] brings them along. Where one is missing all the same, an
 //!   error in the log names it and the frame stays noisy.
-//! - Materials in the deferred G-buffer: [`QuellPlugin`] makes deferred rendering the default, as Solari does.
+//! - Materials in the deferred G-buffer. Solari sees to that; without it, insert `DefaultOpaqueRendererMethod::deferred()`, and
+//!   give all other cameras a deferred prepass too, or they draw nothing. Where a camera draws forward only, a warning says so.
 //! - Motion vectors that are true. What moves without them ghosts.
 //! - A camera without scale, in its own transform and its parents'.
 //!
@@ -62,11 +63,11 @@ use bevy::core_pipeline::{
 };
 use bevy::ecs::schedule::{IntoScheduleConfigs, SystemSet};
 use bevy::log::warn;
-use bevy::pbr::{DefaultOpaqueRendererMethod, main_transmissive_pass_3d};
+use bevy::pbr::main_transmissive_pass_3d;
 use bevy::render::view::prepare_view_targets;
 use bevy::render::{ExtractSchedule, GpuResourceAppExt, Render, RenderApp, RenderSystems};
 
-/// Lets cameras have [`Quell`]. Costs nothing while none has, but that deferred rendering becomes the default for materials.
+/// Lets cameras have [`Quell`]. Changes and costs nothing while none has.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct QuellPlugin;
 
@@ -79,8 +80,7 @@ pub enum QuellSystems {
 
 impl Plugin for QuellPlugin {
     fn build(&self, app: &mut App) {
-        // Without it there is no G-buffer to read. Cameras without a deferred prepass are drawn forward all the same.
-        app.register_type::<Quell>().insert_resource(DefaultOpaqueRendererMethod::deferred());
+        app.register_type::<Quell>();
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             warn!("QuellPlugin does nothing: there is no RenderApp. Add it after RenderPlugin.");
             return;

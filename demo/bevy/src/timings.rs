@@ -33,7 +33,7 @@ impl<'a> Timings<'a> {
 impl PassProfiler for Timings<'_> {
     fn begin(&self, pass: &'static str, encoder: &mut CommandEncoder) -> Option<PassTimestamps> {
         if self.has_work(pass) {
-            *self.open.borrow_mut() = Some(self.recorder.time_span(encoder, format!("quell/{pass}")));
+            *self.open.borrow_mut() = Some(self.recorder.time_span(encoder, pass));
         }
         None
     }

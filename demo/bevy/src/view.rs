@@ -1,6 +1,7 @@
 //! What the render world holds for quell: shared pipelines, and per view a denoiser and its images.
 
 use crate::decode::{Decoded, Decoder, image};
+use crate::extract::ExtractedQuell;
 use crate::{Quell, Refusal};
 use bevy::camera::CameraMainTextureUsages;
 use bevy::ecs::{component::Component, entity::Entity, query::With, resource::Resource, system::Query};
@@ -31,6 +32,7 @@ pub struct ViewState {
     /// Bevy's frame count at the last denoised frame, and [`Quell::restarts`] then.
     pub last: Option<[u32; 2]>,
     outcome: Option<Result<FrameOutputs, Refusal>>,
+    draws_forward_only: bool,
     /// Of [`InputCheck`]'s, how many were said.
     findings: usize,
 }
@@ -57,6 +59,11 @@ impl Shared {
 }
 
 impl QuellView {
+    /// Whether all that the newest frame shows was drawn forward, so that nothing of it was denoised.
+    pub fn draws_forward_only(&self) -> bool {
+        lock(&self.0).draws_forward_only
+    }
+
     /// What became of this view's newest frame; none before the first.
     pub fn outcome(&self) -> Option<Result<FrameOutputs, Refusal>> {
         lock(&self.0).outcome.clone()
@@ -130,7 +137,7 @@ impl ViewState {
     }
 
     /// Says once what became of a view's frames, and again when that changes.
-    pub fn report(&mut self, entity: Entity, outcome: Result<FrameOutputs, Refusal>) {
+    pub fn report(&mut self, entity: Entity, outcome: Result<FrameOutputs, Refusal>, is_forward: bool) {
         let was_refused = matches!(self.outcome, Some(Err(_)));
         match &outcome {
             Err(refusal) if self.outcome.as_ref() != Some(&outcome) => {
@@ -145,6 +152,13 @@ impl ViewState {
             _ => {}
         }
         self.outcome = Some(outcome);
+        if is_forward && !self.draws_forward_only {
+            warn!(
+                "quell, camera {entity}: all that it sees is drawn forward and passes through as it is; insert \
+                 `DefaultOpaqueRendererMethod::deferred()`, or give materials `OpaqueRendererMethod::Deferred`."
+            );
+        }
+        self.draws_forward_only = is_forward;
         let findings = self.findings();
         for finding in findings.iter().skip(self.findings) {
             warn!("quell, inputs of camera {entity}: {finding}");
@@ -162,7 +176,7 @@ impl ViewState {
 }
 
 /// quell writes the view target as a storage texture.
-pub fn allow_storage(mut usages: Query<&mut CameraMainTextureUsages, With<Quell>>) {
+pub fn allow_storage(mut usages: Query<&mut CameraMainTextureUsages, With<ExtractedQuell>>) {
     for mut usages in &mut usages {
         usages.0 |= TextureUsages::STORAGE_BINDING;
     }
