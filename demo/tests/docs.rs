@@ -12,7 +12,8 @@ fn top() -> PathBuf {
 fn pages() -> Vec<PathBuf> {
     let docs = std::fs::read_dir(top().join("demo/docs")).unwrap().map(|entry| entry.unwrap().path());
     let is_page = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "md");
-    std::iter::once(top().join("README.md")).chain(docs.filter(is_page)).collect()
+    let readmes = ["README.md", "demo/bevy/README.md"].map(|readme| top().join(readme));
+    readmes.into_iter().chain(docs.filter(is_page)).collect()
 }
 
 /// What links and pictures point to.
@@ -90,7 +91,7 @@ fn commands(text: &str) -> Vec<Vec<String>> {
 }
 
 /// Of the examples, which have command lines of their own.
-const EXAMPLES_OPTIONS: [&str; 2] = ["mistake", "wrong"];
+const EXAMPLES_OPTIONS: [&str; 4] = ["mistake", "wrong", "effect", "ignore-rust-version"];
 
 fn wrong_commands(page: &Path, text: &str) -> Vec<String> {
     let mut wrong = vec![];
@@ -140,7 +141,7 @@ fn unknown_names(page: &Path, text: &str, sources: &[String]) -> Vec<String> {
 }
 
 fn sources() -> Vec<String> {
-    let mut folders = vec![top().join("src")];
+    let mut folders = vec![top().join("src"), top().join("demo/bevy/src")];
     let mut sources = vec![];
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).unwrap() {
@@ -166,6 +167,16 @@ fn links_commands_and_names_are_there() {
         problems.extend(unknown_names(&page, &text, &sources));
     }
     assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+/// The README shows the plugin as its own page does, where it is compiled.
+#[test]
+fn the_plugin_is_shown_as_it_is_compiled() {
+    let [readme, page] = ["README.md", "demo/bevy/README.md"]
+        .map(|file| std::fs::read_to_string(top().join(file)).unwrap());
+    let code = blocks(&page, "rust,no_run\n");
+    assert_eq!(code.len(), 1);
+    assert!(blocks(&readme, "rust,ignore\n").contains(&code[0]), "README.md lacks:\n{}", code[0]);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use crate::conventions::{camera, conventions};
 use crate::decode::DecodeFrame;
 use crate::extract::ExtractedQuell;
 use crate::timings::Timings;
-use crate::view::{QuellView, Shared, ViewState};
+use crate::view::{FrameId, QuellView, Shared, ViewState};
 use bevy::asset::Handle;
 use bevy::camera::MainPassResolutionOverride;
 use bevy::core_pipeline::core_3d::Opaque3d;
@@ -79,9 +79,8 @@ fn denoise_view(
     let images = Images::of(view, &gpu.images)?;
     let (device, queue) = (gpu.device.wgpu_device(), &**gpu.queue);
 
-    // A frame that was left out takes history with it: motion vectors reach back by one frame.
-    let now = [gpu.frame.0, quell.restarts];
-    let continues = state.last.is_some_and(|[frame, restarts]| [frame.wrapping_add(1), restarts] == now);
+    let now = FrameId::new(gpu.frame.0, quell);
+    let continues = state.last.as_ref().is_some_and(|last| now.continues(last));
     let compiled = gpu.shared.compiled(device)?;
     let target_size = [gbuffer.texture().width(), gbuffer.texture().height()];
     let resources = state.resources(device, compiled, [full_size(view), target_size])?;

@@ -1,18 +1,5 @@
-//! quell for bevy: denoises Solari's ray-traced lighting, and any other noisy light, on any GPU.
-//!
-//! ```no_run
-//! use bevy::prelude::*;
-//! use quell_bevy::{Quell, QuellPlugin};
-//!
-//! fn main() {
-//!     App::new()
-//!         .add_plugins((DefaultPlugins, QuellPlugin)) // and SolariPlugins
-//!         .add_systems(Startup, |mut commands: Commands| {
-//!             commands.spawn((Camera3d::default(), Quell::default())); // and SolariLighting
-//!         })
-//!         .run();
-//! }
-//! ```
+//! quell for bevy: denoises Solari's ray-traced lighting, and any other noisy light, on any GPU. Add [`QuellPlugin`] to the app and
+//! [`Quell`] to a camera; the README has an example, and what else there is to know.
 //!
 //! # A frame
 //!
@@ -66,6 +53,11 @@ use bevy::log::warn;
 use bevy::pbr::main_transmissive_pass_3d;
 use bevy::render::view::prepare_view_targets;
 use bevy::render::{ExtractSchedule, GpuResourceAppExt, Render, RenderApp, RenderSystems};
+
+/// Compiles the README's examples.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
 
 /// Lets cameras have [`Quell`]. Changes and costs nothing while none has.
 #[derive(Debug, Clone, Copy, Default)]

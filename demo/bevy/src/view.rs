@@ -2,9 +2,9 @@
 
 use crate::decode::{Decoded, Decoder, image};
 use crate::extract::ExtractedQuell;
-use crate::{Quell, Refusal};
+use crate::{Quell, QuellLight, QuellSignal, Refusal};
 use bevy::camera::CameraMainTextureUsages;
-use bevy::ecs::{component::Component, entity::Entity, query::With, resource::Resource, system::Query};
+use bevy::ecs::{component::Component, entity::Entity, resource::Resource, system::Query};
 use bevy::log::{error, info, warn};
 use bevy::render::render_resource::TextureUsages;
 use quell::wgpu::{Device, TextureFormat, TextureView};
@@ -22,19 +22,40 @@ pub struct Compiled {
     pub decoder: Decoder,
 }
 
-/// A view's denoiser, in the render world.
+/// A view's denoiser, on the camera's entity in the render world.
 #[derive(Component, Default)]
 pub struct QuellView(Mutex<ViewState>);
 
 #[derive(Default)]
 pub struct ViewState {
     resources: Option<ViewResources>,
-    /// Bevy's frame count at the last denoised frame, and [`Quell::restarts`] then.
-    pub last: Option<[u32; 2]>,
+    /// The newest frame that was denoised.
+    pub last: Option<FrameId>,
     outcome: Option<Result<FrameOutputs, Refusal>>,
     draws_forward_only: bool,
     /// Of [`InputCheck`]'s, how many were said.
     findings: usize,
+}
+
+/// What tells whether one frame's history is of use to another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameId {
+    /// Bevy's count.
+    frame: u32,
+    restarts: u32,
+    signal: QuellSignal,
+    light: QuellLight,
+}
+
+impl FrameId {
+    pub fn new(frame: u32, quell: &Quell) -> Self {
+        Self { frame, restarts: quell.restarts, signal: quell.signal.clone(), light: quell.light }
+    }
+
+    /// Whether this is the frame after `last` of the same thing. Where one was left out, motion vectors do not reach back far enough.
+    pub fn continues(&self, last: &Self) -> bool {
+        *self == Self { frame: last.frame.wrapping_add(1), ..last.clone() }
+    }
 }
 
 /// All that lives on the GPU, for one size of view and of target.
@@ -59,14 +80,14 @@ impl Shared {
 }
 
 impl QuellView {
-    /// Whether all that the newest frame shows was drawn forward, so that nothing of it was denoised.
-    pub fn draws_forward_only(&self) -> bool {
-        lock(&self.0).draws_forward_only
-    }
-
     /// What became of this view's newest frame; none before the first.
     pub fn outcome(&self) -> Option<Result<FrameOutputs, Refusal>> {
         lock(&self.0).outcome.clone()
+    }
+
+    /// Whether all that the newest frame shows was drawn forward, so that nothing of it was denoised.
+    pub fn draws_forward_only(&self) -> bool {
+        lock(&self.0).draws_forward_only
     }
 
     /// What [`Quell::check_inputs`] has found; empty where it is off.
@@ -176,9 +197,11 @@ impl ViewState {
 }
 
 /// quell writes the view target as a storage texture.
-pub fn allow_storage(mut usages: Query<&mut CameraMainTextureUsages, With<ExtractedQuell>>) {
-    for mut usages in &mut usages {
-        usages.0 |= TextureUsages::STORAGE_BINDING;
+pub fn allow_storage(mut views: Query<(&ExtractedQuell, &mut CameraMainTextureUsages)>) {
+    for (ExtractedQuell(quell), mut usages) in &mut views {
+        if quell.signal == QuellSignal::View {
+            usages.0 |= TextureUsages::STORAGE_BINDING;
+        }
     }
 }
 

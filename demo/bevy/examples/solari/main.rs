@@ -25,10 +25,10 @@ use bevy::render::texture::GpuImage;
 use bevy::render::view::ViewTarget;
 use bevy::solari::pathtracer::{Pathtracer, PathtracingPlugin};
 use bevy::solari::prelude::{SolariLighting, SolariPlugins};
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use picture::{Picture, psnr_db, temporal_psnr_db};
 use quell_bevy::{Quell, QuellImages, QuellLight, QuellPlugin, QuellSignal, QuellSystems};
-use scenes::{Cart, Scene};
+use scenes::{Cart, Scene, size};
 use skylight::{Skylight, SkylightPlugin};
 use std::path::{Path, PathBuf};
 
@@ -40,17 +40,20 @@ struct Args {
     /// Folder that receives the pictures.
     #[arg(long, default_value = "out/bevy")]
     out: PathBuf,
-    /// Frames of the walk, at 60 a second.
-    #[arg(long, default_value = "24", value_parser = clap::value_parser!(u32).range(2..))]
+    /// Frames of the walk that are measured, at 60 a second.
+    #[arg(long, default_value = "8", value_parser = clap::value_parser!(u32).range(2..))]
     frames: u32,
-    /// Frames that are drawn where the walk begins, before it begins.
-    #[arg(long, default_value = "16")]
+    /// Frames that are walked before.
+    #[arg(long, default_value = "24")]
     warm_up: u32,
-    #[arg(long, default_value = "320x180", value_delimiter = 'x', num_args = 1)]
-    size: Vec<u32>,
-    /// Samples per pixel of each frame's reference.
-    #[arg(long, default_value = "64", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value = "256x144", value_parser = size)]
+    size: [u32; 2],
+    /// Samples per pixel of each frame's reference; of the skylight, which takes less time, 16 times as many.
+    #[arg(long, default_value = "256", value_parser = clap::value_parser!(u32).range(1..))]
     reference: u32,
+    /// Have quell say in the log which of its inputs look wrong.
+    #[arg(long)]
+    check: bool,
     /// Light the scene by the noisy screen-space skylight, also where Solari runs.
     #[arg(long)]
     effect: bool,
@@ -58,9 +61,8 @@ struct Args {
 
 fn main() -> Result<()> {
     let args = Args::parse();
-    let size: [u32; 2] =
-        args.size.clone().try_into().ok().context("`--size` takes a width and a height, as in 320x180")?;
-    let out = args.out.join(args.scene.name());
+    let scene = args.scene.to_possible_value().expect("none is hidden");
+    let out = args.out.join(scene.get_name());
     std::fs::create_dir_all(&out).with_context(|| format!("cannot create {}", out.display()))?;
 
     let mut app = headless::app();
@@ -69,9 +71,10 @@ fn main() -> Result<()> {
     let device = app.sub_app(RenderApp).world().resource::<RenderDevice>();
     let missing = SolariPlugins::required_wgpu_features().difference(device.features());
     if !missing.is_empty() {
-        println!("no Solari: this GPU has no {missing:?}. A noisy skylight stands in.");
+        let names: Vec<_> = missing.iter_names().map(|(name, _)| name).collect();
+        println!("no Solari: this GPU has no {}. A noisy skylight stands in.", names.join(", "));
     }
-    let studio = Studio::new(&mut app, &args, size, !args.effect && missing.is_empty());
+    let studio = Studio::new(&mut app, &args, !args.effect && missing.is_empty());
 
     let walk = studio.walk(&mut app, &args)?;
     let references = studio.references(&mut app, &args)?;
@@ -99,10 +102,11 @@ struct Frame {
 }
 
 impl Studio {
-    fn new(app: &mut App, args: &Args, size: [u32; 2], has_solari: bool) -> Self {
-        let [noisy, denoised, reference, unused] = [(); 4].map(|()| headless::image(app, size));
+    fn new(app: &mut App, args: &Args, has_solari: bool) -> Self {
+        let [noisy, denoised, reference, unused] = [(); 4].map(|()| headless::image(app, args.size));
         let scene = args.scene;
         let world = app.world_mut();
+        world.insert_resource(ClearColor(Color::BLACK));
         scene.spawn(world);
         // Draws linear light as it comes.
         let camera = |target: &Handle<Image>| {
@@ -119,17 +123,22 @@ impl Studio {
         let (walker, tracer, updates);
         if has_solari {
             let storage = CameraMainTextureUsages::default().with(TextureUsages::STORAGE_BINDING);
-            let solari = (SolariLighting::default(), Quell::default());
+            let quell = Quell { check_inputs: args.check, ..default() };
+            let solari = (SolariLighting::default(), quell);
             walker = world.spawn((camera(&denoised), solari, CopyNoisy(noisy.clone()))).id();
             tracer = world.spawn((camera(&reference), storage, Pathtracer::default())).id();
             updates = args.reference;
         } else {
             let images = QuellImages { radiance: noisy.clone(), denoised: denoised.clone(), ..default() };
-            let quell =
-                Quell { signal: QuellSignal::Images(images), light: QuellLight::Incident, ..default() };
+            let quell = Quell {
+                signal: QuellSignal::Images(images),
+                light: QuellLight::Incident,
+                check_inputs: args.check,
+                ..default()
+            };
             walker =
                 world.spawn((camera(&unused), Skylight { image: noisy.clone(), samples: 1 }, quell)).id();
-            let converged = Skylight { image: reference.clone(), samples: args.reference };
+            let converged = Skylight { image: reference.clone(), samples: 16 * args.reference };
             let prepasses = (DepthPrepass, DeferredPrepass);
             tracer = world.spawn((camera(&unused), converged, prepasses)).id();
             updates = 1;
@@ -139,8 +148,8 @@ impl Studio {
 
     fn walk(&self, app: &mut App, args: &Args) -> Result<Vec<Frame>> {
         self.turn_on(app, self.walker);
-        self.set_time(app, 0.0);
-        for _ in 0..args.warm_up {
+        for i in 0..args.warm_up {
+            self.set_time(app, i as f32 - args.warm_up as f32);
             headless::update(app)?;
         }
         (0..args.frames)

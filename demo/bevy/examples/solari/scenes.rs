@@ -8,6 +8,13 @@ use bevy::render::render_resource::{Extent3d, TextureDimension, TextureFormat};
 use bevy::solari::prelude::RaytracingMesh3d;
 use std::f32::consts::{FRAC_PI_2, PI};
 
+/// `WxH`.
+pub fn size(text: &str) -> Result<[u32; 2], String> {
+    let number = |text: &str| text.parse().ok().filter(|number| *number > 0);
+    let size = text.split_once('x').and_then(|(width, height)| Some([number(width)?, number(height)?]));
+    size.ok_or_else(|| "expected a width and a height, as in 1280x720".into())
+}
+
 /// What is walked through.
 #[derive(clap::ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scene {
@@ -22,13 +29,6 @@ pub enum Scene {
 pub struct Cart;
 
 impl Scene {
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Room => "room",
-            Self::Court => "court",
-        }
-    }
-
     pub fn exposure(self) -> Exposure {
         match self {
             Self::Room => Exposure::INDOOR,
@@ -42,8 +42,8 @@ impl Scene {
         match self {
             Self::Room => Transform::from_xyz(-0.9 + 0.9 * t, 1.4, 3.4 - 0.6 * t)
                 .looking_at(Vec3::new(0.2 * t, 1.0, -1.0), Vec3::Y),
-            Self::Court => Transform::from_xyz(-5.0 + 1.5 * t, 1.7, 4.5)
-                .looking_at(Vec3::new(-0.5 + t, 1.2, -1.5), Vec3::Y),
+            Self::Court => Transform::from_xyz(-2.6 + 1.5 * t, 1.7, 4.2)
+                .looking_at(Vec3::new(-0.6 + t, 1.1, -1.5), Vec3::Y),
         }
     }
 
@@ -124,7 +124,7 @@ fn court(world: &mut World) {
         ..colour(0.7, 0.7, 0.68)
     };
     let lamp =
-        |r, g, b| StandardMaterial { emissive: LinearRgba::rgb(r, g, b) * 20_000.0, ..colour(0.8, 0.8, 0.8) };
+        |r, g, b| StandardMaterial { emissive: LinearRgba::rgb(r, g, b) * 40_000.0, ..colour(0.8, 0.8, 0.8) };
     let at = Transform::from_xyz;
     let cuboid = |x, y, z| Mesh::from(Cuboid::new(x, y, z));
     put(world, Plane3d::default().mesh().size(24.0, 24.0).into(), ground, Transform::IDENTITY);
@@ -134,13 +134,13 @@ fn court(world: &mut World) {
         let x = -4.8 + 1.6 * i as f32;
         put(world, Cylinder::new(0.22, 3.45).mesh().resolution(32).into(), stone(), at(x, 1.725, -0.5));
     }
-    put(world, cuboid(0.5, 0.5, 0.1), lamp(1.0, 0.25, 0.1), at(-2.4, 2.0, -3.2));
-    put(world, cuboid(0.5, 0.5, 0.1), lamp(0.1, 0.4, 1.0), at(2.4, 2.0, -3.2));
+    put(world, cuboid(0.4, 0.8, 0.4), lamp(1.0, 0.3, 0.1), at(-2.6, 0.4, -2.6));
+    put(world, cuboid(0.4, 0.8, 0.4), lamp(0.1, 0.4, 1.0), at(1.2, 0.4, -2.6));
     let red = StandardMaterial { perceptual_roughness: 0.5, ..colour(0.7, 0.12, 0.1) };
     let cart = put(world, cuboid(1.0, 0.8, 0.6), red, Transform::IDENTITY);
     world.entity_mut(cart).insert(Cart);
     let sun = DirectionalLight { illuminance: 60_000.0, shadow_maps_enabled: false, ..default() };
-    world.spawn((sun, Transform::default().looking_to(Vec3::new(0.5, -1.0, -0.75), Vec3::Y)));
+    world.spawn((sun, Transform::default().looking_to(Vec3::new(0.8, -1.0, -0.6), Vec3::Y)));
 }
 
 fn colour(r: f32, g: f32, b: f32) -> StandardMaterial {

@@ -146,11 +146,6 @@ fn unexposed() -> Quell {
 }
 
 fn psnr_db(image: &Picture, reference: &Picture) -> f64 {
-    static N: std::sync::atomic::AtomicU32 = std::sync::atomic::AtomicU32::new(0);
-    let n = N.fetch_add(1, std::sync::atomic::Ordering::SeqCst);
-    Picture::beside(&[image, reference])
-        .save(std::path::Path::new(&format!("/tmp/psnr_{}_{n}.png", std::thread::current().name().unwrap())))
-        .unwrap();
     picture::psnr_db(image, reference).unwrap()
 }
 
@@ -178,7 +173,6 @@ fn an_image_without_noise_stays_as_it_is() {
     assert!(psnr > 40.0, "{psnr:.2} dB");
 }
 
-/// Emission is put back as it was, also where it is told wrongly to a camera of another exposure.
 #[test]
 fn inputs_look_right_while_a_jittered_camera_moves() {
     let quell = Quell { check_inputs: true, ..unexposed() };
@@ -187,7 +181,9 @@ fn inputs_look_right_while_a_jittered_camera_moves() {
     assert_eq!(stage.refusal(), None);
     let findings: Vec<_> = stage.view().findings().iter().map(ToString::to_string).collect();
     assert!(findings.is_empty(), "{findings:#?}");
-    println!("{:#?}", stage.view().untold());
+    // And all of it could be told but albedo, which needs more texture.
+    let untold = stage.view().untold();
+    assert!(untold.iter().all(|untold| untold.input == "albedo"), "{untold:#?}");
 }
 
 /// Not that of the deferred prepass: bevy 0.20.1 panics where it is removed while meshes are in view.
@@ -231,6 +227,10 @@ fn history_is_kept_and_dropped() {
     assert!(stage.restarted());
     stage.frames(1);
     assert!(!stage.restarted());
+    // Light of another kind has another history.
+    stage.quell().light = QuellLight::Reflected;
+    stage.frames(1);
+    assert!(stage.restarted());
     // A camera that was off for a frame has no history.
     stage.camera().get_mut::<Camera>().unwrap().is_active = false;
     stage.frames(1);
