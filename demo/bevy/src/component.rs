@@ -95,6 +95,17 @@ pub enum QuellLight {
     Incident,
 }
 
+impl QuellLight {
+    /// What the light holds of what surfaces emit.
+    pub(crate) fn emission_scale(self, exposure: f32) -> f32 {
+        match self {
+            Self::Exposed => exposure,
+            Self::Unexposed => 1.0,
+            Self::Reflected | Self::Incident => 0.0,
+        }
+    }
+}
+
 /// The settings of [`quell::Settings`] that games touch, as bevy reflects them. `QuellSettings::from` takes its presets:
 /// `quell::Settings::responsive().into()`.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
@@ -161,5 +172,17 @@ impl From<QuellSettings> for Settings {
                 QuellBudget::Models(models) => Budget::Models(models),
                 QuellBudget::Milliseconds(target) => Budget::Milliseconds(target),
             })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn emission_is_scaled_by_what_the_light_is() {
+        let lights =
+            [QuellLight::Exposed, QuellLight::Unexposed, QuellLight::Reflected, QuellLight::Incident];
+        assert_eq!(lights.map(|light| light.emission_scale(0.25)), [0.25, 1.0, 0.0, 0.0]);
     }
 }

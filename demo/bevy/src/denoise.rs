@@ -95,11 +95,7 @@ fn denoise_view(
     let frame = DecodeFrame {
         clip_from_view: view.view.clip_from_view.to_cols_array(),
         viewport: viewport(view),
-        emission_scale: match quell.light {
-            QuellLight::Exposed => view.camera.exposure,
-            QuellLight::Unexposed => 1.0,
-            QuellLight::Reflected | QuellLight::Incident => 0.0,
-        },
+        emission_scale: quell.light.emission_scale(view.camera.exposure),
         has_albedo: quell.light != QuellLight::Incident,
     };
     let decoded = &resources.decoded;

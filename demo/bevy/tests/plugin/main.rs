@@ -231,6 +231,12 @@ fn history_is_kept_and_dropped() {
     stage.quell().light = QuellLight::Reflected;
     stage.frames(1);
     assert!(stage.restarted());
+    // Motion reaches back by one frame, not over one that was refused.
+    stage.quell().settings.budget = QuellBudget::Milliseconds(-1.0);
+    stage.frames(1);
+    stage.quell().settings.budget = QuellBudget::Unlimited;
+    stage.frames(1);
+    assert!(stage.restarted());
     // A camera that was off for a frame has no history.
     stage.camera().get_mut::<Camera>().unwrap().is_active = false;
     stage.frames(1);
