@@ -53,7 +53,7 @@ fn spawn_camera(mut commands: Commands, args: Res<Args>) {
     let free = (args.scene.camera(0.0), FreeCamera { walk_speed: 2.0, ..default() });
     // Bevy's default tonemapping needs another of its features.
     let camera = (Camera3d::default(), args.scene.exposure(), Tonemapping::AcesFitted, free);
-    // Solari draws to a storage texture, which only quell would otherwise ask for.
+    // Solari draws to a storage texture.
     commands.spawn((camera, SolariLighting::default(), storage, Quell::default()));
 }
 

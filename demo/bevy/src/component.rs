@@ -35,13 +35,14 @@ pub struct Quell {
     pub restarts: u32,
 }
 
-/// Cameras have multisampling by default, and that default cannot be told from a wish.
+/// Bevy would, too, but with a warning: cameras have multisampling by default, and deferred ones cannot.
 fn set_msaa_off(mut world: DeferredWorld, context: HookContext) {
     world.commands().entity(context.entity).insert(Msaa::Off);
 }
 
 impl Quell {
-    /// Drops history: after a cut or a teleport, whose motion vectors mean nothing. Holds for the next frame alone.
+    /// Drops history, in the next frame alone: after a cut or a teleport, whose motion vectors mean nothing, and where an image of
+    /// [`QuellImages`] holds other light than before. Solari and TAA have histories of their own: set their `reset` too.
     pub fn restart(&mut self) {
         self.restarts = self.restarts.wrapping_add(1);
     }
@@ -59,7 +60,7 @@ pub enum QuellSignal {
     Images(QuellImages),
 }
 
-/// Images of the camera's target's size, written before [`QuellSystems::Denoise`](crate::QuellSystems) in the same frame.
+/// Images of the camera's target's size, which may be others in each frame, written before [`QuellSystems::Denoise`](crate::QuellSystems) in the same frame.
 /// Formats are those of [`FrameInputs`](quell::FrameInputs)' fields of the same names; all need `TextureUsages::TEXTURE_BINDING`, and `denoised`
 /// `STORAGE_BINDING` too.
 #[derive(Reflect, Clone, Debug, Default, PartialEq)]

@@ -54,8 +54,8 @@ pub struct Gpu<'w> {
 
 /// The system: denoises the current view, or says why not.
 pub fn denoise(view: ViewQuery<View>, gpu: Gpu, mut ctx: RenderContext) {
-    let entity = view.entity();
     let view = view.into_inner();
+    let entity = view.view.retained_view_entity.main_entity.id();
     let mut state = view.state.state();
     let outcome = denoise_view(&view, &mut state, &gpu, &mut ctx);
     state.report(entity, outcome, draws_forward_only(&view, &gpu));
@@ -102,8 +102,9 @@ fn denoise_view(
     resources.compiled.decoder.record((device, queue), encoder, [&gbuffer, &depth], &frame, decoded);
 
     // A debug view takes the place of the denoised image.
-    let output = resources.hidden.as_ref().unwrap_or(&images.denoised);
-    let debug = quell.debug.map(|debug| (debug, &images.denoised));
+    let shown = images.denoised.as_ref().or(resources.shown.as_ref()).expect("`serve` made it for the view");
+    let output = resources.hidden.as_ref().unwrap_or(shown);
+    let debug = quell.debug.map(|debug| (debug, shown));
     let mut inputs = FrameInputs::new(RequiredInputs {
         radiance: &images.radiance,
         albedo: &decoded.albedo,
@@ -126,15 +127,13 @@ fn denoise_view(
     }
     let settings = Settings::from(quell.settings).with_conventions(conventions());
     let outcome = resources.denoiser.encode(device, queue, encoder, &inputs, &settings);
+    if outcome.is_ok() && images.denoised.is_none() {
+        resources.compiled.show.record(device, encoder, shown, &images.radiance, frame.viewport);
+    }
     span.end(encoder);
     let outputs = outcome?;
     if let Some(check) = &mut resources.check {
         check.encode(device, encoder, &inputs, &settings)?;
-    }
-
-    if quell.signal == QuellSignal::View {
-        // What was written becomes the view target.
-        view.target.post_process_write();
     }
     state.last = Some(now);
     Ok(outputs)
@@ -154,7 +153,8 @@ fn prepasses(view: &ViewItem<'_, '_>) -> Result<[TextureView; 3], Refusal> {
 /// The signal's images.
 struct Images {
     radiance: TextureView,
-    denoised: TextureView,
+    /// None where it replaces `radiance`, in the view target.
+    denoised: Option<TextureView>,
     specular: Option<TextureView>,
     hit_distance: Option<TextureView>,
     surface_id: Option<TextureView>,
@@ -177,7 +177,7 @@ impl Images {
                 }
                 Ok(Self {
                     radiance: wgpu_view(view.target.main_texture_view()),
-                    denoised: wgpu_view(view.target.main_texture_other_view()),
+                    denoised: None,
                     specular: None,
                     hit_distance: None,
                     surface_id: None,
@@ -186,7 +186,7 @@ impl Images {
             }
             QuellSignal::Images(images) => Ok(Self {
                 radiance: image("radiance", &images.radiance)?,
-                denoised: image("denoised", &images.denoised)?,
+                denoised: Some(image("denoised", &images.denoised)?),
                 specular: optional("specular", &images.specular)?,
                 hit_distance: optional("hit_distance", &images.hit_distance)?,
                 surface_id: optional("surface_id", &images.surface_id)?,

@@ -6,7 +6,7 @@
 //! 1. `extract` copies each active camera's [`Quell`] to the render world, and takes it away again.
 //! 2. `denoise`, one system of the `Core3d` schedule, runs once per camera, after the opaque pass and before transmissive and
 //!    transparent things, so before TAA, upscalers and bloom. It decodes the deferred G-buffer (`decode.wgsl`) and calls
-//!    [`quell::Denoiser::encode`], whose output becomes the view target.
+//!    [`quell::Denoiser::encode`], whose output is drawn over the view target (`show.wgsl`).
 //!
 //! Skies, and what is drawn forward (unlike `StandardMaterial`s, custom materials are by default), have no noise and pass through.
 //!
@@ -35,6 +35,7 @@ mod decode;
 mod denoise;
 mod extract;
 mod refusal;
+mod show;
 mod timings;
 mod view;
 
@@ -43,16 +44,25 @@ pub use quell;
 pub use refusal::Refusal;
 pub use view::QuellView;
 
-use bevy::app::{App, Plugin};
+use bevy::app::{App, Plugin, PostUpdate};
+use bevy::camera::Camera3d;
 use bevy::core_pipeline::{
     core_3d::{main_opaque_pass_3d, main_transparent_pass_3d},
     schedule::{Core3d, Core3dSystems},
 };
+use bevy::ecs::entity::Entity;
+use bevy::ecs::query::{Added, Without};
 use bevy::ecs::schedule::{IntoScheduleConfigs, SystemSet};
+use bevy::ecs::system::Query;
 use bevy::log::warn;
 use bevy::pbr::main_transmissive_pass_3d;
-use bevy::render::view::prepare_view_targets;
-use bevy::render::{ExtractSchedule, GpuResourceAppExt, Render, RenderApp, RenderSystems};
+use bevy::render::{ExtractSchedule, GpuResourceAppExt, RenderApp};
+
+fn warn_where_there_is_no_camera(lost: Query<Entity, (Added<Quell>, Without<Camera3d>)>) {
+    for entity in &lost {
+        warn!("{entity} has `Quell` but no `Camera3d`; quell does nothing there.");
+    }
+}
 
 /// Compiles the README's examples.
 #[cfg(doctest)]
@@ -72,7 +82,7 @@ pub enum QuellSystems {
 
 impl Plugin for QuellPlugin {
     fn build(&self, app: &mut App) {
-        app.register_type::<Quell>();
+        app.register_type::<Quell>().add_systems(PostUpdate, warn_where_there_is_no_camera);
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             warn!("QuellPlugin does nothing: there is no RenderApp. Add it after RenderPlugin.");
             return;
@@ -81,10 +91,6 @@ impl Plugin for QuellPlugin {
         render_app
             .init_gpu_resource::<view::Shared>()
             .add_systems(ExtractSchedule, extract::extract)
-            .add_systems(
-                Render,
-                view::allow_storage.in_set(RenderSystems::PrepareViews).before(prepare_view_targets),
-            )
             .add_systems(
                 Core3d,
                 denoise

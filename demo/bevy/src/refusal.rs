@@ -12,11 +12,6 @@ pub enum Refusal {
         "the camera has no `{0}`, which `Quell` reads; it came with `Quell` and was removed since: add it again"
     )]
     Prepass(&'static str),
-    /// Multisampling.
-    #[error(
-        "the camera has `Msaa::Sample{0}`; ray-traced frames have one sample a pixel: give it `Msaa::Off`"
-    )]
-    Msaa(u32),
     /// A view target that holds no light.
     #[error("the camera's view target is {0}, expected Rgba16Float: give the camera `Hdr`")]
     NotHdr(String),

@@ -1,12 +1,10 @@
 //! What the render world holds for quell: shared pipelines, and per view a denoiser and its images.
 
 use crate::decode::{Decoded, Decoder, image};
-use crate::extract::ExtractedQuell;
+use crate::show::Show;
 use crate::{Quell, QuellLight, QuellSignal, Refusal};
-use bevy::camera::CameraMainTextureUsages;
-use bevy::ecs::{component::Component, entity::Entity, resource::Resource, system::Query};
+use bevy::ecs::{component::Component, entity::Entity, resource::Resource};
 use bevy::log::{error, info, warn};
-use bevy::render::render_resource::TextureUsages;
 use quell::wgpu::{Device, TextureFormat, TextureView};
 use quell::{
     CreateError, Denoiser, DenoiserDescriptor, Finding, FrameOutputs, InputCheck, Notice, Pipelines, Untold,
@@ -20,6 +18,7 @@ pub struct Shared(Mutex<Option<Arc<Compiled>>>);
 pub struct Compiled {
     pub pipelines: Arc<Pipelines>,
     pub decoder: Decoder,
+    pub show: Show,
 }
 
 /// A view's denoiser, on the camera's entity in the render world.
@@ -38,23 +37,24 @@ pub struct ViewState {
 }
 
 /// What tells whether one frame's history is of use to another.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameId {
     /// Bevy's count.
     frame: u32,
     restarts: u32,
-    signal: QuellSignal,
+    is_view: bool,
     light: QuellLight,
 }
 
 impl FrameId {
     pub fn new(frame: u32, quell: &Quell) -> Self {
-        Self { frame, restarts: quell.restarts, signal: quell.signal.clone(), light: quell.light }
+        let is_view = quell.signal == QuellSignal::View;
+        Self { frame, restarts: quell.restarts, is_view, light: quell.light }
     }
 
     /// Whether this is the frame after `last` of the same thing. Where one was left out, motion vectors do not reach back far enough.
     pub fn continues(&self, last: &Self) -> bool {
-        *self == Self { frame: last.frame.wrapping_add(1), ..last.clone() }
+        *self == Self { frame: last.frame.wrapping_add(1), ..*last }
     }
 }
 
@@ -64,6 +64,8 @@ pub struct ViewResources {
     pub denoiser: Denoiser,
     pub decoded: Decoded,
     pub check: Option<InputCheck>,
+    /// What will be drawn to the view target, where that is what is denoised.
+    pub shown: Option<TextureView>,
     /// The denoised image, where a debug view is shown instead of it.
     pub hidden: Option<TextureView>,
 }
@@ -73,7 +75,11 @@ impl Shared {
         let mut compiled = lock(&self.0);
         if compiled.is_none() {
             let pipelines = Arc::new(Pipelines::new(device)?);
-            *compiled = Some(Arc::new(Compiled { pipelines, decoder: Decoder::new(device) }));
+            *compiled = Some(Arc::new(Compiled {
+                pipelines,
+                decoder: Decoder::new(device),
+                show: Show::new(device),
+            }));
         }
         Ok(compiled.clone().expect("was made above"))
     }
@@ -119,12 +125,10 @@ impl ViewResources {
             let [width, height] = self.denoiser.size();
             self.check = Some(InputCheck::new(device, &DenoiserDescriptor::new(width, height))?);
         }
-        if quell.debug.is_none() {
-            self.hidden = None;
-        } else if self.hidden.is_none() {
-            let format = TextureFormat::Rgba16Float;
-            self.hidden = Some(image(device, "quell bevy hidden", self.decoded.size(), format));
-        }
+        let size = self.decoded.size();
+        let image = |label| image(device, label, size, TextureFormat::Rgba16Float);
+        keep(&mut self.shown, quell.signal == QuellSignal::View, || image("quell bevy shown"));
+        keep(&mut self.hidden, quell.debug.is_some(), || image("quell bevy hidden"));
         Ok(())
     }
 }
@@ -143,7 +147,8 @@ impl ViewState {
             let pipelines = Arc::clone(&compiled.pipelines);
             let denoiser = Denoiser::with_pipelines(device, &descriptor, pipelines)?;
             let decoded = Decoded::new(device, target_size);
-            self.resources = Some(ViewResources { compiled, denoiser, decoded, check: None, hidden: None });
+            self.resources =
+                Some(ViewResources { compiled, denoiser, decoded, check: None, shown: None, hidden: None });
         }
         let resources = self.resources.as_mut().expect("was made above");
         if resources.denoiser.size() != size {
@@ -152,7 +157,7 @@ impl ViewState {
         }
         if resources.decoded.size() != target_size {
             resources.decoded = Decoded::new(device, target_size);
-            resources.hidden = None;
+            (resources.shown, resources.hidden) = (None, None);
         }
         Ok(resources)
     }
@@ -196,13 +201,9 @@ impl ViewState {
     }
 }
 
-/// quell writes the view target as a storage texture.
-pub fn allow_storage(mut views: Query<(&ExtractedQuell, &mut CameraMainTextureUsages)>) {
-    for (ExtractedQuell(quell), mut usages) in &mut views {
-        if quell.signal == QuellSignal::View {
-            usages.0 |= TextureUsages::STORAGE_BINDING;
-        }
-    }
+/// Makes a thing when it is wanted and not there, drops it when it is not.
+fn keep<T>(thing: &mut Option<T>, is_wanted: bool, make: impl FnOnce() -> T) {
+    *thing = if is_wanted { Some(thing.take().unwrap_or_else(make)) } else { None };
 }
 
 /// A panic while the lock was held leaves a denoiser that is whole: `encode` changes it last.

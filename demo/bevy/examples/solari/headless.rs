@@ -38,7 +38,17 @@ pub fn begin(app: &mut App) {
 }
 
 /// An image that cameras draw to and shaders write, of linear half floats.
-pub fn image(app: &mut App, [width, height]: [u32; 2]) -> Handle<Image> {
+pub fn image(app: &mut App, size: [u32; 2]) -> Handle<Image> {
+    image_of(app, size, TextureFormat::Rgba16Float, TextureUsages::STORAGE_BINDING)
+}
+
+/// With `usage` besides what all such images have.
+pub fn image_of(
+    app: &mut App,
+    [width, height]: [u32; 2],
+    format: TextureFormat,
+    usage: TextureUsages,
+) -> Handle<Image> {
     let image = Image {
         data: None,
         texture_descriptor: TextureDescriptor {
@@ -47,10 +57,10 @@ pub fn image(app: &mut App, [width, height]: [u32; 2]) -> Handle<Image> {
             mip_level_count: 1,
             sample_count: 1,
             dimension: TextureDimension::D2,
-            format: TextureFormat::Rgba16Float,
-            usage: TextureUsages::RENDER_ATTACHMENT
+            format,
+            usage: usage
+                | TextureUsages::RENDER_ATTACHMENT
                 | TextureUsages::TEXTURE_BINDING
-                | TextureUsages::STORAGE_BINDING
                 | TextureUsages::COPY_SRC
                 | TextureUsages::COPY_DST,
             view_formats: &[],

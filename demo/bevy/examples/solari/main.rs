@@ -125,7 +125,7 @@ impl Studio {
             let storage = CameraMainTextureUsages::default().with(TextureUsages::STORAGE_BINDING);
             let quell = Quell { check_inputs: args.check, ..default() };
             let solari = (SolariLighting::default(), quell);
-            walker = world.spawn((camera(&denoised), solari, CopyNoisy(noisy.clone()))).id();
+            walker = world.spawn((camera(&denoised), storage, solari, CopyNoisy(noisy.clone()))).id();
             tracer = world.spawn((camera(&reference), storage, Pathtracer::default())).id();
             updates = args.reference;
         } else {
@@ -205,12 +205,12 @@ fn report(walk: &[Frame], references: &[Picture], out: &Path) -> Result<()> {
         let sheet = Picture::beside(&[&frame.noisy, &frame.denoised, reference]);
         sheet.save(&out.join(format!("frame_{i:03}.png")))?;
     }
-    let methods: [(&str, fn(&Frame) -> &Picture); 2] =
-        [("noisy", |f| &f.noisy), ("denoised", |f| &f.denoised)];
-    for (name, picture) in methods {
-        let psnr = walk.iter().zip(references).map(|(frame, reference)| psnr_db(picture(frame), reference));
-        let temporal = walk.windows(2).zip(references.windows(2)).map(|(frames, references)| {
-            temporal_psnr_db([picture(&frames[0]), picture(&frames[1])], [&references[0], &references[1]])
+    let (noisy, denoised): (Vec<_>, Vec<_>) =
+        walk.iter().map(|frame| (&frame.noisy, &frame.denoised)).unzip();
+    for (name, pictures) in [("noisy", noisy), ("denoised", denoised)] {
+        let psnr = pictures.iter().zip(references).map(|(picture, reference)| psnr_db(picture, reference));
+        let temporal = pictures.windows(2).zip(references.windows(2)).map(|(pictures, references)| {
+            temporal_psnr_db([pictures[0], pictures[1]], [&references[0], &references[1]])
         });
         let (psnr, temporal) = (mean(psnr)?, mean(temporal)?);
         println!("{name}: {psnr:.2} dB PSNR, {temporal:.2} dB temporal PSNR");

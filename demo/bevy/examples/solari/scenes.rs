@@ -100,7 +100,7 @@ fn room(world: &mut World) {
     put(world, plane(1.0), lamp, at(0.0, 2.98, -0.3).with_rotation(Quat::from_rotation_x(PI)));
     let block = Mesh::from(Cuboid::new(0.9, 1.7, 0.9));
     put(world, block, wall(0.7, 0.7, 0.65), at(-0.8, 0.85, -0.8).with_rotation(Quat::from_rotation_y(0.4)));
-    let ball = |radius| Mesh::from(Sphere::new(radius).mesh().uv(48, 24));
+    let ball = |radius| Sphere::new(radius).mesh().uv(48, 24);
     let metal = |perceptual_roughness, base: StandardMaterial| StandardMaterial {
         metallic: 1.0,
         perceptual_roughness,
@@ -158,7 +158,8 @@ fn put(world: &mut World, mesh: Mesh, material: StandardMaterial, transform: Tra
 
 /// Squares of two greys, eight to a side.
 fn checker(world: &mut World) -> Handle<Image> {
-    let texel = |i: u32| if (i / 8 + i % 8) % 2 == 0 { [235, 230, 220, 255] } else { [120, 115, 110, 255] };
+    let texel =
+        |i: u32| if (i / 8 + i % 8).is_multiple_of(2) { [235, 230, 220, 255] } else { [120, 115, 110, 255] };
     let texels = (0..64).flat_map(texel).collect();
     let size = Extent3d { width: 8, height: 8, depth_or_array_layers: 1 };
     let (dimension, format) = (TextureDimension::D2, TextureFormat::Rgba8UnormSrgb);
