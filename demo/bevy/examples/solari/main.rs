@@ -32,6 +32,9 @@ use scenes::{Cart, Scene, size};
 use skylight::{Skylight, SkylightPlugin};
 use std::path::{Path, PathBuf};
 
+/// llvmpipe leaves loops after 65535 rounds, of which a sample takes 25.
+const SKYLIGHT_SAMPLES: u32 = 1024;
+
 #[derive(Parser)]
 struct Args {
     /// What is walked through.
@@ -48,7 +51,7 @@ struct Args {
     warm_up: u32,
     #[arg(long, default_value = "256x144", value_parser = size)]
     size: [u32; 2],
-    /// Samples per pixel of each frame's reference; of the skylight, which takes less time, 16 times as many.
+    /// Samples per pixel of each frame's reference; of the skylight it has 1024.
     #[arg(long, default_value = "256", value_parser = clap::value_parser!(u32).range(1..))]
     reference: u32,
     /// Have quell say in the log which of its inputs look wrong.
@@ -138,7 +141,7 @@ impl Studio {
             };
             walker =
                 world.spawn((camera(&unused), Skylight { image: noisy.clone(), samples: 1 }, quell)).id();
-            let converged = Skylight { image: reference.clone(), samples: 16 * args.reference };
+            let converged = Skylight { image: reference.clone(), samples: SKYLIGHT_SAMPLES };
             let prepasses = (DepthPrepass, DeferredPrepass);
             tracer = world.spawn((camera(&unused), converged, prepasses)).id();
             updates = 1;
