@@ -172,8 +172,8 @@ fn links_commands_and_names_are_there() {
 /// The README shows the plugin as its own page does, where it is compiled.
 #[test]
 fn the_plugin_is_shown_as_it_is_compiled() {
-    let [readme, page] = ["README.md", "demo/bevy/README.md"]
-        .map(|file| std::fs::read_to_string(top().join(file)).unwrap());
+    let [readme, page] =
+        ["README.md", "demo/bevy/README.md"].map(|file| std::fs::read_to_string(top().join(file)).unwrap());
     let code = blocks(&page, "rust,no_run\n");
     assert_eq!(code.len(), 1);
     assert!(blocks(&readme, "rust,ignore\n").contains(&code[0]), "README.md lacks:\n{}", code[0]);

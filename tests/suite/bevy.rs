@@ -259,8 +259,7 @@ fn jitter_is_where_the_sample_lies() {
     jittered.z_axis.x += jitter.x;
     jittered.z_axis.y += jitter.y;
     let world_from_view = world_from_view(0.0);
-    let camera =
-        camera(world_from_view.to_cols_array(), clip_from_view().to_cols_array(), offset.to_array());
+    let camera = camera(world_from_view.to_cols_array(), clip_from_view().to_cols_array(), offset.to_array());
     let point = world_from_view.transform_point3(vec3(0.3, -0.2, -4.0));
     // The pixel where the point is drawn has its sample at the point.
     let drawn = uv(jittered * world_from_view.inverse(), point) * size;
