@@ -1,6 +1,6 @@
 //! The command line.
 
-use crate::bench::{BenchArgs, BudgetsArgs, bench, budgets};
+use crate::bench::{BenchArgs, BudgetsArgs, bench, budgets, compare};
 use crate::check::{CheckArgs, check};
 use crate::gpu::Gpu;
 use crate::method::Method;
@@ -383,6 +383,9 @@ fn run_study(args: StudyArgs) -> Result<()> {
 }
 
 fn run_bench(args: BenchArgs) -> Result<()> {
+    if let Some([a, b]) = args.compare.as_deref() {
+        return say(&compare([a, b])?);
+    }
     let options = args.options();
     let report = bench(&Gpu::new()?, &options)?;
     say(&format!("{}wrote {}\n", report.text(), options.out.display()))

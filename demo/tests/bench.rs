@@ -126,6 +126,26 @@ fn methods_and_baseline_can_be_chosen_and_a_size_too_large_is_skipped() {
 }
 
 #[test]
+fn two_runs_are_compared() {
+    let folder = tempfile::tempdir().unwrap();
+    let [a, b] = ["a", "b"].map(|name| folder.path().join(name));
+    assert_succeeds(&bench(&a, &["--size", "17x9", "--method", "quell,accumulate"]));
+    assert_succeeds(&bench(&b, &["--size", "17x9", "--method", "quell,svgf"]));
+    let [a, b] = [a, b].map(|out| out.join("bench.json").to_str().unwrap().to_owned());
+    let printed = assert_succeeds(&demo(&["bench", "--compare", &a, &b]));
+    for part in
+        ["only in A: accumulate at 17x9", "only in B: svgf at 17x9", "| quell", "frame", "±", "memory, MB"]
+    {
+        assert!(printed.contains(part), "`{part}` is not in: {printed}");
+    }
+    assert!(!printed.contains("not the same"), "{printed}");
+
+    assert_fails(&demo(&["bench", "--compare", &a]), 2, &["2 values required"]);
+    assert_fails(&demo(&["bench", "--compare", &a, &b, "--out", "x"]), 2, &["--compare"]);
+    assert_fails(&demo(&["bench", "--compare", &a, "nothing.json"]), 1, &["nothing.json"]);
+}
+
+#[test]
 fn wrong_arguments_are_explained() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");

@@ -35,8 +35,11 @@ pub struct BenchArgs {
     #[command(flatten)]
     pub split: SplitArgs,
     /// Folder for the results, created where needed
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
+    #[arg(long, value_name = "DIR", required_unless_present = "compare")]
+    pub out: Option<PathBuf>,
+    /// Time nothing, but compare the results of two earlier runs
+    #[arg(long, value_names = ["A.json", "B.json"], num_args = 2, exclusive = true)]
+    pub compare: Option<Vec<PathBuf>>,
 }
 
 impl BenchArgs {
@@ -57,7 +60,7 @@ impl BenchArgs {
             methods,
             baseline: self.baseline,
             split: self.split.split(),
-            out: self.out,
+            out: self.out.expect("demanded of all that time"),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod args;
 mod budgets;
+mod compare;
 mod machine;
 mod percentiles;
 mod report;
@@ -9,6 +10,7 @@ mod stopwatch;
 
 pub use args::BenchArgs;
 pub use budgets::{BudgetsArgs, BudgetsReport, budgets};
+pub use compare::compare;
 pub use report::BenchReport;
 
 use crate::gbuffer::Split;

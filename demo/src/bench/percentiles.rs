@@ -13,11 +13,21 @@ pub struct Percentiles {
 impl Percentiles {
     /// Of `values` in any order; NaN where there are none.
     pub fn of(values: &[f64]) -> Self {
-        let mut sorted = values.to_vec();
-        sorted.sort_by(f64::total_cmp);
+        let sorted = sorted(values);
         let at = |fraction| percentile(&sorted, fraction);
         Self { median: at(0.5), p95: at(0.95), p99: at(0.99) }
     }
+
+    /// The value below which `fraction` of the values lie; NaN where there are none.
+    pub fn at(values: &[f64], fraction: f64) -> f64 {
+        percentile(&sorted(values), fraction)
+    }
+}
+
+fn sorted(values: &[f64]) -> Vec<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted
 }
 
 /// The value below which `fraction` of the values lie, linear between the two nearest (as numpy's default).
