@@ -1,7 +1,7 @@
 //! A window on a scene lit by Solari, with and without quell: `T` turns it off and on, `1`, `2` and `3` show its motion, history and
 //! normals, `R` drops history; W, A, S, D, Q, E and the mouse move.
 //!
-//! `cargo run --features window --example window [-- room]`
+//! `cargo run --ignore-rust-version --features window --example window [-- room]`
 
 #[path = "solari/scenes.rs"]
 mod scenes;

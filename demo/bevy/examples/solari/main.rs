@@ -1,6 +1,6 @@
 //! Walks through a scene lit by Solari, with quell, and measures both against Solari's path tracer. Needs no window.
 //!
-//! `cargo run --example solari [-- --scene room --out DIR --frames N --size WxH --reference SPP]`
+//! `cargo run --ignore-rust-version --example solari [-- --scene room --out DIR --frames N --size WxH --reference SPP]`
 //!
 //! Where the GPU has no ray queries, or with `--effect`, the scene is lit by a noisy screen-space skylight instead, written to a texture of
 //! the example's own: see `skylight.rs`.
