@@ -6,7 +6,7 @@ use crate::peers::{Accumulate, Bmfr, PeerFrame, Svgf};
 use anyhow::{Context, Result};
 use quell::{
     Allocation, Camera, Conventions, DebugView, Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode,
-    MotionUnit, RequiredInputs, SampleMap, Settings, Statistics, Timestamps,
+    MotionUnit, PassProfiler, RequiredInputs, SampleMap, Settings, Statistics, Timestamps,
 };
 
 /// How to denoise.
@@ -57,12 +57,14 @@ pub struct MethodFrame<'a> {
     pub sample_budget: Option<f32>,
     /// Pass `i` of [`MethodRunner::passes`] writes its begin to `first_query + 2 i` and its end to the query after it.
     pub timestamps: Option<Timestamps<'a>>,
+    /// What times quell's passes instead; the others have none.
+    pub profiler: Option<&'a dyn PassProfiler>,
     /// As [`FrameInputs::measured_ms`].
     pub measured_ms: Option<f32>,
 }
 
 impl<'a> MethodFrame<'a> {
-    /// A frame with the split of its images, without debug view, sample map, timestamps and measured time.
+    /// A frame with the split of its images, without debug view, sample map, timing and measured time.
     pub fn new(gbuffer: &'a GBuffer, camera: Camera, restart: bool, settings: &'a Settings) -> Self {
         Self {
             gbuffer,
@@ -73,6 +75,7 @@ impl<'a> MethodFrame<'a> {
             debug: None,
             sample_budget: None,
             timestamps: None,
+            profiler: None,
             measured_ms: None,
         }
     }
@@ -201,7 +204,7 @@ impl MethodRunner {
                 .with_debug(frame.debug)
                 .with_sample_map(sample_map)
                 .with_measured_ms(frame.measured_ms);
-                inputs.profiler = timestamps.as_ref().map(|timestamps| timestamps as _);
+                inputs.profiler = frame.profiler.or(timestamps.as_ref().map(|timestamps| timestamps as _));
                 let conventions = Conventions::default().with_motion_unit(MotionUnit::Pixels);
                 let settings = frame.settings.with_conventions(conventions);
                 denoiser.encode(&gpu.device, &gpu.queue, encoder, &inputs, &settings)?;
