@@ -254,7 +254,8 @@ struct Drift {
 // How far the history is off, by what samples about the pixel differ by from their histories, when what the innovation predicts is
 // taken out: what moves in a mirror is smaller than its models can tell.
 fn find_drift(pixel: vec2<u32>, centre: Surface, predicted: f32) -> Drift {
-    let p = position_of(frame.current, vec2<f32>(pixel), centre.depth);
+    let along = elevation_along(frame.current, centre.normal);
+    let own = elevation_of(along, vec2<f32>(pixel), centre.depth);
     var pixels = 0.0;
     var weight = 0.0;
     var sum = 0.0;
@@ -268,8 +269,8 @@ fn find_drift(pixel: vec2<u32>, centre: Surface, predicted: f32) -> Drift {
             let sample = load_sample(vec2<u32>(texel));
             let old = load_reprojected(vec2<u32>(texel));
             let other = unpack_surface(textureLoad(guide, texel, 0).xy);
-            let q = position_of(frame.current, vec2<f32>(texel), other.depth);
-            if sample.w > 0.0 && old.w > 0.0 && same_surface(centre, other, q - p) {
+            let distance = elevation_of(along, vec2<f32>(texel), other.depth) - own;
+            if sample.w > 0.0 && old.w > 0.0 && same_surface(centre, other, distance) {
                 let difference = luminance(sample.rgb) - luminance(old.rgb);
                 pixels += 1.0;
                 weight += sample.w;
@@ -295,7 +296,8 @@ struct Spread {
 
 // Mean and variance of luminance over this frame's samples on the same surface.
 fn spatial_spread(pixel: vec2<u32>, centre: Surface) -> Spread {
-    let p = position_of(frame.current, vec2<f32>(pixel), centre.depth);
+    let along = elevation_along(frame.current, centre.normal);
+    let own = elevation_of(along, vec2<f32>(pixel), centre.depth);
     // About the pixel's own value: the difference of two large squares would lose f32's digits.
     let middle = luminance(load_sample(pixel).rgb);
     var weight = 0.0;
@@ -310,8 +312,8 @@ fn spatial_spread(pixel: vec2<u32>, centre: Surface) -> Spread {
             }
             let sample = load_sample(vec2<u32>(texel));
             let other = unpack_surface(textureLoad(guide, texel, 0).xy);
-            let q = position_of(frame.current, vec2<f32>(texel), other.depth);
-            if sample.w > 0.0 && same_surface(centre, other, q - p) {
+            let distance = elevation_of(along, vec2<f32>(texel), other.depth) - own;
+            if sample.w > 0.0 && same_surface(centre, other, distance) {
                 let l = luminance(sample.rgb) - middle;
                 weight += 1.0;
                 sum += l;

@@ -27,51 +27,80 @@ const POOL_RADIUS = 2;   // pixels; squares are pooled over 5x5
 // Pooled smooth noise is twice what is expected of it once in some ten pixels: 25 that overlap are about as good as 5.
 const CHANCE = 2.0;
 const GLOSSY = 0.5; // roughness below which no feature tells what a surface shows
+const GROUP = 16;
+const LANES = GROUP * GROUP;
 const BORDER = SMOOTH_RADIUS + POOL_RADIUS;
-const POOL_SIDE = 8 + 2 * POOL_RADIUS;
-const SIDE = 8 + 2 * BORDER;
+const SMOOTH_SIDE = GROUP + 2 * POOL_RADIUS;
+const SIDE = GROUP + 2 * BORDER;
 const CELLS = SIDE * SIDE;
 
-// A pixel and its border, read once by the workgroup.
-var<workgroup> surfaces: array<vec2<u32>, CELLS>;  // as in the guide; a miss, too, what lies outside or has no samples
-var<workgroup> residuals: array<vec2<u32>, CELLS>; // temporal mean minus prediction; the mean's deviations: as half floats
-var<workgroup> variances: array<vec2<f32>, CELLS>; // of the temporal mean: as expected, as found
-var<workgroup> smoothed: array<vec2<f32>, CELLS>;  // squares of the residual and of the deviations, smoothed over 3x3
+// The workgroup's pixels and their border, by cell. What is no longer needed makes room for what comes next.
+// surfaces: as in the guide, a miss outside of the frame; then sums of three residuals in a row; then of five squares
+// residuals: temporal mean minus prediction, the mean's deviations, as half floats; then squares of both, smoothed over 3x3
+var<workgroup> surfaces: array<vec2<u32>, CELLS>;
+var<workgroup> residuals: array<vec2<u32>, CELLS>;
+var<workgroup> deviations: array<u32, CELLS>; // of the temporal mean: as expected, as found; as half floats
+var<workgroup> links: array<u32, CELLS>;
+var<workgroup> row_counts: array<u32, CELLS>; // pixels with samples in the sums of three
+var<workgroup> row_noises: array<vec2<u32>, GROUP * SMOOTH_SIDE>; // deviations of five in a row, and how many have samples
 
-@compute @workgroup_size(8, 8)
+// Bits of a link: which cells to the right and below show the same surface; whether the cell itself has samples.
+const RIGHT = 1u;
+const RIGHT_2 = 2u;
+const DOWN = 4u;
+const DOWN_2 = 8u;
+const SAMPLED = 16u;
+
+// Sums over a neighbourhood are sums of rows, each of the pixels that go with the one in the middle, where this goes with the
+// middle of all: few pixels differ from those that go with the middle of all themselves.
+@compute @workgroup_size(16, 16)
 fn compose(
     @builtin(global_invocation_id) id: vec3<u32>,
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_id) local: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let corner = vec2<i32>(group.xy * 8u) - BORDER;
-    for (var cell = i32(lane); cell < CELLS; cell += 64) {
-        load_cell(cell, corner + place_of(cell));
+    let corner = vec2<i32>(group.xy) * GROUP - BORDER;
+    for (var cell = i32(lane); cell < CELLS; cell += LANES) {
+        load_cell(cell, corner + vec2(cell % SIDE, cell / SIDE));
     }
     workgroupBarrier();
-    for (var i = i32(lane); i < POOL_SIDE * POOL_SIDE; i += 64) {
-        smooth_cell(corner, vec2(i % POOL_SIDE, i / POOL_SIDE) + SMOOTH_RADIUS);
+    for (var cell = i32(lane); cell < CELLS; cell += LANES) {
+        link_cell(vec2(cell % SIDE, cell / SIDE), corner);
     }
     workgroupBarrier();
-    if any(id.xy >= frame.size) {
-        return;
+    for (var i = i32(lane); i < SMOOTH_SIDE * SIDE; i += LANES) {
+        smooth_row(cell_at(vec2(SMOOTH_RADIUS + i % SMOOTH_SIDE, i / SMOOTH_SIDE)));
     }
-    let mean = textureLoad(history, id.xy, 0);
-    let surface = unpack_surface(textureLoad(guide, id.xy, 0).xy);
+    workgroupBarrier();
+    for (var i = i32(lane); i < SMOOTH_SIDE * SMOOTH_SIDE; i += LANES) {
+        smooth_column(cell_at(SMOOTH_RADIUS + vec2(i % SMOOTH_SIDE, i / SMOOTH_SIDE)));
+    }
+    workgroupBarrier();
+    for (var i = i32(lane); i < GROUP * SMOOTH_SIDE; i += LANES) {
+        pool_row(i, cell_at(vec2(BORDER + i % GROUP, SMOOTH_RADIUS + i / GROUP)));
+    }
+    workgroupBarrier();
+    if all(id.xy < frame.size) {
+        compose_pixel(id.xy, vec2<i32>(local.xy));
+    }
+}
+
+fn compose_pixel(pixel: vec2<u32>, local: vec2<i32>) {
+    let mean = textureLoad(history, pixel, 0);
+    let surface = unpack_surface(textureLoad(guide, pixel, 0).xy);
     if is_miss(surface) {
-        show(id.xy, mean.rgb, 0.0, 1.0);
+        show(pixel, mean.rgb, 0.0, 1.0);
         return;
     }
-    let predicted = unpack_prediction(textureLoad(prediction, id.xy, 0).xy);
-    let place = vec2<i32>(local.xy) + BORDER;
-    let found = temporal_mix(middle_of(surface, corner, place), corner, place, predicted, mean);
-    let reflectance = demodulator_at(id.xy, surface);
+    let predicted = unpack_prediction(textureLoad(prediction, pixel, 0).xy);
+    let found = temporal_mix(pool(local), surface, predicted, mean);
+    let reflectance = demodulator_at(pixel, surface);
     var composed = mix(predicted.signal, mean.rgb, found.share) * reflectance;
     if has(frame, FLAG_EMISSION) && !IS_SPECULAR {
-        composed += repair_emission(textureLoad(emission, frame.origin + id.xy, 0).rgb);
+        composed += repair_emission(textureLoad(emission, frame.origin + pixel, 0).rgb);
     }
-    show(id.xy, composed, sqrt(found.square) * luminance(reflectance), found.share);
+    show(pixel, composed, sqrt(found.square) * luminance(reflectance), found.share);
 }
 
 fn show(pixel: vec2<u32>, found: vec3<f32>, found_deviation: f32, share: f32) {
@@ -97,66 +126,145 @@ fn show(pixel: vec2<u32>, found: vec3<f32>, found_deviation: f32, share: f32) {
     }
 }
 
-fn place_of(cell: i32) -> vec2<i32> {
-    return vec2(cell % SIDE, cell / SIDE);
+fn cell_at(place: vec2<i32>) -> i32 {
+    return place.y * SIDE + place.x;
 }
 
 fn load_cell(cell: i32, pixel: vec2<i32>) {
     surfaces[cell] = vec2(0u);
+    residuals[cell] = vec2(0u);
+    deviations[cell] = 0u;
+    links[cell] = 0u;
     if !inside(pixel, frame.current) {
         return;
     }
-    let words = textureLoad(guide, pixel, 0).xy;
+    surfaces[cell] = textureLoad(guide, pixel, 0).xy;
     let mean = textureLoad(history, pixel, 0);
     let predicted = unpack_prediction(textureLoad(prediction, pixel, 0).xy);
     if mean.w <= 0.0 || !is_known(predicted) {
         return;
     }
-    surfaces[cell] = words;
+    links[cell] = SAMPLED;
     let own = unpack_noise(textureLoad(noise, pixel, 0).x, mean.w);
     let expected = standard_error(predicted, own.variance, mean.w);
-    variances[cell] = vec2(expected * expected, found_variance(own.deviations));
-    let values = clamp(
-        vec4(luminance(mean.rgb) - luminance(predicted.signal), own.deviations),
-        vec4(-HALF_MAX),
-        vec4(HALF_MAX),
-    );
-    residuals[cell] = vec2(pack2x16float(values.xy), pack2x16float(values.zw));
+    deviations[cell] = pack_halves(vec2(expected, sqrt(found_variance(own.deviations))));
+    let residual = luminance(mean.rgb) - luminance(predicted.signal);
+    residuals[cell] = vec2(pack_halves(vec2(residual, own.deviations.x)), pack_halves(own.deviations.yz));
 }
 
-// The surface in the middle of what is summed.
-struct Middle {
-    surface: Surface,
-    position: vec3<f32>,
+// A third of the largest half float at most: sums of three have room.
+fn pack_halves(values: vec2<f32>) -> u32 {
+    return pack2x16float(clamp(values, vec2(-HALF_MAX / 3.0), vec2(HALF_MAX / 3.0)));
 }
 
-fn middle_of(surface: Surface, corner: vec2<i32>, place: vec2<i32>) -> Middle {
-    return Middle(surface, position_of(frame.current, vec2<f32>(corner + place), surface.depth));
-}
-
-// Whether a cell shows the same surface and has samples.
-fn related(middle: Middle, corner: vec2<i32>, place: vec2<i32>) -> bool {
-    let other = unpack_surface(surfaces[place.y * SIDE + place.x]);
-    let position = position_of(frame.current, vec2<f32>(corner + place), other.depth);
-    return same_surface(middle.surface, other, position - middle.position);
-}
-
-fn smooth_cell(corner: vec2<i32>, place: vec2<i32>) {
-    let middle = middle_of(unpack_surface(surfaces[place.y * SIDE + place.x]), corner, place);
-    var sum = vec4(0.0);
-    var count = 0.0;
-    for (var y = -SMOOTH_RADIUS; y <= SMOOTH_RADIUS; y++) {
-        for (var x = -SMOOTH_RADIUS; x <= SMOOTH_RADIUS; x++) {
-            let tap = place + vec2(x, y);
-            if related(middle, corner, tap) {
-                let words = residuals[tap.y * SIDE + tap.x];
-                sum += vec4(unpack2x16float(words.x), unpack2x16float(words.y));
-                count += 1.0;
-            }
+fn link_cell(place: vec2<i32>, corner: vec2<i32>) {
+    let cell = cell_at(place);
+    let own = unpack_surface(surfaces[cell]);
+    if is_miss(own) {
+        return;
+    }
+    let along = elevation_along(frame.current, own.normal);
+    let level = elevation_of(along, vec2<f32>(corner + place), own.depth);
+    var found = links[cell];
+    for (var i = 0u; i < 4u; i++) {
+        let length = 1 + i32(i % 2u);
+        let at = place + select(vec2(length, 0), vec2(0, length), i >= 2u);
+        if all(at < vec2(SIDE)) {
+            let other = unpack_surface(surfaces[cell_at(at)]);
+            let distance = elevation_of(along, vec2<f32>(corner + at), other.depth) - level;
+            found |= select(0u, RIGHT << i, same_surface(own, other, distance));
         }
     }
-    let mean = sum / max(count, 1.0);
-    smoothed[place.y * SIDE + place.x] = vec2(mean.x * mean.x, found_variance(mean.yzw));
+    links[cell] = found;
+}
+
+// Cells that lie `step` cells before and after are linked by the bit of the earlier one.
+fn is_linked(earlier: i32, bit: u32) -> bool {
+    return (links[earlier] & bit) != 0u;
+}
+
+fn is_sampled(cell: i32) -> u32 {
+    return select(0u, 1u, is_linked(cell, SAMPLED));
+}
+
+fn unpack_halves(words: vec2<u32>) -> vec4<f32> {
+    return vec4(unpack2x16float(words.x), unpack2x16float(words.y));
+}
+
+fn smooth_row(cell: i32) {
+    var sum = unpack_halves(residuals[cell]);
+    var count = is_sampled(cell);
+    if is_linked(cell - 1, RIGHT) {
+        sum += unpack_halves(residuals[cell - 1]);
+        count += is_sampled(cell - 1);
+    }
+    if is_linked(cell, RIGHT) {
+        sum += unpack_halves(residuals[cell + 1]);
+        count += is_sampled(cell + 1);
+    }
+    surfaces[cell] = vec2(pack2x16float(sum.xy), pack2x16float(sum.zw));
+    row_counts[cell] = count;
+}
+
+fn smooth_column(cell: i32) {
+    var sum = unpack_halves(surfaces[cell]);
+    var count = row_counts[cell];
+    if is_linked(cell - SIDE, DOWN) {
+        sum += unpack_halves(surfaces[cell - SIDE]);
+        count += row_counts[cell - SIDE];
+    }
+    if is_linked(cell, DOWN) {
+        sum += unpack_halves(surfaces[cell + SIDE]);
+        count += row_counts[cell + SIDE];
+    }
+    let mean = sum / max(f32(count), 1.0);
+    // What has no samples itself counts for nothing.
+    let squares = select(vec2(0.0), vec2(mean.x * mean.x, found_variance(mean.yzw)), is_linked(cell, SAMPLED));
+    residuals[cell] = bitcast<vec2<u32>>(squares);
+}
+
+// Whether the cell at `distance` cells in a direction goes with a cell.
+fn goes_with(cell: i32, distance: i32, step: i32, bit: u32) -> bool {
+    let earlier = select(cell, cell + distance * step, distance < 0);
+    return distance == 0 || is_linked(earlier, select(bit, bit << 1u, abs(distance) == 2));
+}
+
+fn pool_row(row: i32, cell: i32) {
+    var squares = vec2(0.0);
+    var variances = vec2(0.0);
+    var count = 0u;
+    for (var x = -POOL_RADIUS; x <= POOL_RADIUS; x++) {
+        if goes_with(cell, x, 1, RIGHT) {
+            squares += bitcast<vec2<f32>>(residuals[cell + x]);
+            let own = unpack2x16float(deviations[cell + x]);
+            variances += own * own;
+            count += is_sampled(cell + x);
+        }
+    }
+    surfaces[cell] = bitcast<vec2<u32>>(squares);
+    row_noises[row] = vec2(pack2x16float(sqrt(variances)), count);
+}
+
+// Sums over 5x5 pixels.
+struct Pool {
+    squares: vec2<f32>,   // of residuals and of deviations, smoothed
+    variances: vec2<f32>, // of the temporal mean: as expected, as found
+    count: f32,           // pixels with samples
+}
+
+fn pool(local: vec2<i32>) -> Pool {
+    let cell = cell_at(local + BORDER);
+    var sum: Pool;
+    for (var y = -POOL_RADIUS; y <= POOL_RADIUS; y++) {
+        if goes_with(cell, y, SIDE, DOWN) {
+            sum.squares += bitcast<vec2<f32>>(surfaces[cell + y * SIDE]);
+            let noises = row_noises[(local.y + POOL_RADIUS + y) * GROUP + local.x];
+            let deviations = unpack2x16float(noises.x);
+            sum.variances += deviations * deviations;
+            sum.count += f32(noises.y);
+        }
+    }
+    return sum;
 }
 
 struct Mix {
@@ -177,39 +285,27 @@ fn mixed(share: f32, model_error: f32, variance: f32) -> Mix {
 // B / (B + V), with B the model's squared error and V the mean's variance. B is what the smoothed residuals have more of than
 // the smoothed deviations, which hold noise alone, blended and resampled like the mean's. All are pooled: a pixel's own
 // variance is low just where its samples happen to be dark, and would keep them so.
-fn temporal_mix(middle: Middle, corner: vec2<i32>, place: vec2<i32>, predicted: Prediction, mean: vec4<f32>) -> Mix {
-    var squares = vec2(0.0); // squares of residuals and of deviations
-    var variance = vec2(0.0);
-    var pooled = 0.0;
-    for (var y = -POOL_RADIUS; y <= POOL_RADIUS; y++) {
-        for (var x = -POOL_RADIUS; x <= POOL_RADIUS; x++) {
-            let tap = place + vec2(x, y);
-            if related(middle, corner, tap) {
-                squares += smoothed[tap.y * SIDE + tap.x];
-                variance += variances[tap.y * SIDE + tap.x];
-                pooled += 1.0;
-            }
-        }
-    }
+fn temporal_mix(pooled: Pool, surface: Surface, predicted: Prediction, mean: vec4<f32>) -> Mix {
+    let squares = pooled.squares;
     // Without any model near, the temporal mean is all there is.
     var share = select(1.0, 0.0, is_known(predicted));
-    if pooled == 0.0 {
+    if pooled.count == 0.0 {
         // Nothing is known of the error: as good as one sample.
         let l = luminance(select(mean.rgb, predicted.signal, is_known(predicted)));
         return Mix(share, max(predicted.relative_noise, 1.0) * l * l);
     }
     // Samples of a mirror also scatter by what passes in it: what is expected of them is too much.
-    let noise = select(max(variance.x, variance.y), variance.y, IS_SPECULAR);
+    let noise = select(max(pooled.variances.x, pooled.variances.y), pooled.variances.y, IS_SPECULAR);
     let beyond = max(squares.x - CHANCE * squares.y, 0.0);
     // Firmer than the plain difference: what is hardly beyond chance is chance more often than not.
     var error = beyond * beyond / max(squares.x, 1e-30);
-    if IS_SPECULAR || (!has(frame, FLAG_SPLIT) && middle.surface.roughness < GLOSSY) {
+    if IS_SPECULAR || (!has(frame, FLAG_SPLIT) && surface.roughness < GLOSSY) {
         // Where reflections are seen, models err more often than not.
         error = max(squares.x - squares.y, 0.0);
     }
     if has(frame, FLAG_MIX) && error > 0.0 && mean.w > 0.0 && is_known(predicted) {
         // A pixel alone says nothing about the model.
-        share = error / (error + noise) * (1.0 - 1.0 / (pooled * pooled));
+        share = error / (error + noise) * (1.0 - 1.0 / (pooled.count * pooled.count));
     }
-    return mixed(share, error / pooled, noise / pooled);
+    return mixed(share, error / pooled.count, noise / pooled.count);
 }

@@ -102,6 +102,29 @@ fn position_of(view: View, pixel: vec2<f32>, depth: f32) -> vec3<f32> {
     return position_at(view, (pixel + 0.5 + view.jitter) / view.size, depth);
 }
 
+// How far along a normal the points are that a view's pixels see: dot(normal, position_of(view, pixel, depth)), for many pixels
+// without their positions. It is linear in the depth and, at one depth, in the pixel.
+struct Elevation {
+    slope: vec2<f32>, // per pixel
+    first: f32,       // of pixel 0, 0
+    along: f32,       // per depth
+    rest: f32,
+    perspective: f32,
+}
+
+fn elevation_along(view: View, normal: vec3<f32>) -> Elevation {
+    let n = (view.view_from_world * vec4(normal, 0.0)).xyz;
+    let across = n.xy / view.scale;
+    let step = vec2(2.0, -2.0) / view.size;
+    let first = vec2(-1.0, 1.0) + step * (0.5 + view.jitter);
+    let along = dot(across, view.shift) - n.z;
+    return Elevation(across * step, dot(across, first), along, -dot(across, view.offset), view.perspective);
+}
+
+fn elevation_of(e: Elevation, pixel: vec2<f32>, depth: f32) -> f32 {
+    return (dot(e.slope, pixel) + e.first) * mix(1.0, depth, e.perspective) + e.along * depth + e.rest;
+}
+
 // UV of an eye-relative world position, and its view depth in z.
 fn project(view: View, position: vec3<f32>) -> vec3<f32> {
     let p = (view.view_from_world * vec4(position, 0.0)).xyz;

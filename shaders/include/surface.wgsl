@@ -67,12 +67,12 @@ fn is_miss(s: Surface) -> bool {
 const NORMAL_COSINE = 0.9;    // about 25 degrees: what a shading normal varies by on one smooth surface
 const PLANE_DISTANCE = 0.01;  // of the view depth
 
-// Whether a point at `offset` may stand in for one with `normal` and `depth`: similar normal, within the tangent plane. That
-// both have one id, and are no misses, is left to the caller.
-fn continues(normal: vec3<f32>, depth: f32, other_normal: vec3<f32>, offset: vec3<f32>) -> bool {
-    return dot(normal, other_normal) > NORMAL_COSINE && abs(dot(normal, offset)) < PLANE_DISTANCE * depth;
+// Whether a point with `other_normal`, `distance` along `normal` from the one with `normal` and `depth`, may stand in for it: similar
+// normal, within the tangent plane. That both have one id, and are no misses, is left to the caller.
+fn continues(normal: vec3<f32>, depth: f32, other_normal: vec3<f32>, distance: f32) -> bool {
+    return dot(normal, other_normal) > NORMAL_COSINE && abs(distance) < PLANE_DISTANCE * depth;
 }
 
-fn same_surface(a: Surface, b: Surface, offset: vec3<f32>) -> bool {
-    return !is_miss(b) && a.id == b.id && continues(a.normal, a.depth, b.normal, offset);
+fn same_surface(a: Surface, b: Surface, distance: f32) -> bool {
+    return !is_miss(b) && a.id == b.id && continues(a.normal, a.depth, b.normal, distance);
 }

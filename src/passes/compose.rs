@@ -20,8 +20,8 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("error", Kind::Storage(TextureFormat::R32Uint)),
         ("mix_weight", Kind::Storage(TextureFormat::R32Uint)),
     ],
-    workgroup: [8, 8],
-    covers: [8, 8],
+    workgroup: [16, 16],
+    covers: [16, 16],
 };
 
 /// What the pass reads and writes; named as in the WGSL.
