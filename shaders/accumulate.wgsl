@@ -158,11 +158,13 @@ var<workgroup> quarters: array<vec2<f32>, 4>; // weighted variance, weight
 fn weigh_quarters(lane: u32) {
     if lane < 4u {
         let corner = vec2(lane % 2u, lane / 2u) * QUARTER_SIDE;
+        var sum = vec2(0.0);
         for (var i = 0u; i < QUARTER_SIDE * QUARTER_SIDE; i++) {
             let place = corner + vec2(i % QUARTER_SIDE, i / QUARTER_SIDE);
             let member = place.y * TILE + place.x;
-            quarters[lane] += weights[member] * vec2(noises[member].x, 1.0);
+            sum += weights[member] * vec2(noises[member].x, 1.0);
         }
+        quarters[lane] = sum;
     }
     workgroupBarrier();
     let whole = quarters[0] + quarters[1] + quarters[2] + quarters[3];

@@ -50,6 +50,8 @@ fn check(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation
         surface = read_surface(id.xy);
         keep(id.xy, surface);
     }
+    clear_tallies(lane);
+    lit[lane] = vec3(0.0);
     if lane == TILE_CENTRE {
         tile_surface = surface;
     }

@@ -28,6 +28,10 @@ var<workgroup> kept_here: atomic<u32>;
 
 @compute @workgroup_size(8, 8)
 fn choose(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    if lane == 0u {
+        threshold = 0u;
+        atomicStore(&kept_here, 0u);
+    }
     find_threshold(lane);
     let own = frame.levels[level.x];
     let tile = id.xy * own.stride + own.stride / 2u;

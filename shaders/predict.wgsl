@@ -28,6 +28,10 @@ fn predict(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let corner = vec2<i32>(own.xy) - i32(WIDEST_REACH);
+    if lane == 0u {
+        atomicStore(&reaching, 0u);
+    }
+    workgroupBarrier();
     if lane < SIDE * SIDE {
         look_at_tile(corner + vec2<i32>(vec2(lane % SIDE, lane / SIDE)), vec2<i32>(own.xy), lane);
     }

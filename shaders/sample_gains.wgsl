@@ -18,6 +18,10 @@ var<workgroup> counts: array<atomic<u32>, SAMPLE_BUCKETS>;
 
 @compute @workgroup_size(8, 8)
 fn sample_gains(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    for (var bucket = lane; bucket < SAMPLE_BUCKETS; bucket += 64u) {
+        atomicStore(&counts[bucket], 0u);
+    }
+    workgroupBarrier();
     if all(id.xy < frame.size) {
         let bucket = gain_bucket(id.xy);
         if bucket != NO_GAIN {

@@ -8,6 +8,10 @@ var<workgroup> first: u32;
 // Call from uniform control flow, once.
 fn list_centre(number: u32, wanted: bool, index: u32, lane: u32) {
     var place = 0u;
+    if lane == 0u {
+        atomicStore(&listed, 0u);
+    }
+    workgroupBarrier();
     if wanted {
         place = atomicAdd(&listed, 1u);
     }

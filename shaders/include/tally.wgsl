@@ -12,6 +12,12 @@ const STATISTICS = FIRST_REFLECTION + REFLECTION_WORDS;
 
 var<workgroup> tallies: array<atomic<u32>, STATISTICS>;
 
+fn clear_tallies(lane: u32) {
+    for (var word = lane; word < STATISTICS; word += 64u) {
+        atomicStore(&tallies[word], 0u);
+    }
+}
+
 fn tally(word: u32, is_so: bool) {
     if is_so {
         atomicAdd(&tallies[word], 1u);
