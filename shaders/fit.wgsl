@@ -20,22 +20,20 @@
 @group(0) @binding(7) var<storage, read_write> coverage: array<atomic<u32>>;
 
 const OWN_FEATURES = MODEL_OWN_FEATURES;
+const LANES = 32u; // half a wave or all of one: most of what is done is narrow, and waits
 const RIDGE = 1e-3; // of the total weight
 
-// Of the window so far, and of the ring about it: weight, noises and columns about the origin; squares about the origin.
+// Of the window so far: weight, noises and columns about the origin; squares about the origin.
 var<workgroup> sums: array<f32, TILE_SQUARES>;
 var<workgroup> squares: array<f32, SQUARES>;
-var<workgroup> ring_sums: array<f32, TILE_SQUARES>;
-var<workgroup> ring_squares: array<f32, SQUARES>;
 // The model's error in luminance, as a linear form of the columns about the window's mean.
 var<workgroup> form: array<f32, COLUMNS>;
-var<workgroup> partial: array<f32, RIDGE_LANES>;
-var<workgroup> eighths: array<f32, 8>;
+var<workgroup> partial: array<vec2<f32>, LANES>;
 
 // Variance of one sample over its squared mean that is believed; more comes of windows that are all but black.
 const MOST_NOISE = 1e3;
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(LANES)
 fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let listed = group.y * LEVEL_COLUMNS + group.x;
     if listed >= levels[level.x * LEVEL_WORDS + LEVEL_COUNT] {
@@ -50,23 +48,22 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
 
     var error = 0.0;  // of the innermost model, then of each model on the ring about its window
     var tested = 0.0; // weight of what they were tested on
+    var tiles = 0u;   // with samples
     var least = 1e38;
     var chosen = 1u;
     for (var size = 1u; size <= widest; size++) {
-        sum_ring(size, lane);
-        workgroupBarrier();
         if size > 1u && has(frame, FLAG_RING_ERROR) {
-            error += ring_error(lane);
-            tested += ring_sums[TILE_WEIGHT];
+            error += ring_error(size, lane);
+            tested += window_weight(WINDOW_TILES[size - 1u], WINDOW_TILES[size]);
         }
         join_ring(size, lane);
+        tiles += sampled_tiles(size);
         workgroupBarrier();
         if size < frame.least_window && !has(frame, FLAG_RING_ERROR) {
             continue;
         }
-        solve(size, lane);
-        let residual = form_square(lane);
-        var risk = mallows_cp(residual, size);
+        let residual = solve(size, lane);
+        var risk = mallows_cp(residual, tiles);
         if size == 1u {
             // No model is inside the first window to be tested by it, so it is judged by Cp.
             tested = sums[TILE_WEIGHT];
@@ -95,53 +92,56 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
     }
 }
 
-fn sum_ring(size: u32, lane: u32) {
+fn join_ring(size: u32, lane: u32) {
     let begin = WINDOW_TILES[size - 1u];
     let end = WINDOW_TILES[size];
-    for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
-        ring_squares[entry] = window_square(entry, begin, end);
+    for (var entry = lane; entry < SQUARES; entry += LANES) {
+        squares[entry] = select(squares[entry], 0.0, size == 1u) + window_square(entry, begin, end);
     }
     if lane < TILE_SQUARES {
-        ring_sums[lane] = window_moment(lane, begin, end);
+        sums[lane] = select(sums[lane], 0.0, size == 1u) + window_moment(lane, begin, end);
     }
 }
 
-// Squared error, summed over the ring, of the model that knows the window inside it only: exactly what predicting pixel by
-// pixel would find. The error is a linear form of the columns, so its square needs first and second moments only.
-fn ring_error(lane: u32) -> f32 {
-    var sum = 0.0;
-    for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
-        sum += form_weight(entry) * ring_squares[entry];
+fn sampled_tiles(size: u32) -> u32 {
+    var count = 0u;
+    for (var t = WINDOW_TILES[size - 1u]; t < WINDOW_TILES[size]; t++) {
+        count += select(0u, 1u, window_factors[t] > 0.0);
     }
-    let total = workgroup_sum(sum, lane);
-    var ring = 0.0;
+    return count;
+}
+
+// Squared error, summed over the ring about a window, of the model that knows the window inside it only: exactly what predicting
+// pixel by pixel would find. The error is a linear form of the columns, so its square needs first and second moments only.
+fn ring_error(size: u32, lane: u32) -> f32 {
+    let begin = WINDOW_TILES[size - 1u];
+    let end = WINDOW_TILES[size];
+    var sum = vec2(0.0); // squares, the form of the sums
+    for (var entry = lane; entry < SQUARES; entry += LANES) {
+        let ij = square_entry(entry);
+        sum.x += select(2.0, 1.0, ij.x == ij.y) * form[ij.x] * form[ij.y] * window_square(entry, begin, end);
+    }
+    if lane < COLUMNS {
+        sum.y = form[lane] * window_moment(TILE_MEAN + lane, begin, end);
+    }
+    let ring = workgroup_sum(sum, lane);
     var mean = 0.0;
     for (var i = 0u; i < COLUMNS; i++) {
-        ring += form[i] * ring_sums[TILE_MEAN + i];
         mean += form[i] * sums[TILE_MEAN + i];
     }
     mean /= max(sums[TILE_WEIGHT], 1e-30);
-    let error = max(total + mean * (ring_sums[TILE_WEIGHT] * mean - 2.0 * ring), 0.0);
+    let error = max(ring.x + mean * (window_weight(begin, end) * mean - 2.0 * ring.y), 0.0);
     workgroupBarrier(); // all have read the sums, which the ring now joins
     return error;
 }
 
-fn join_ring(size: u32, lane: u32) {
-    for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
-        squares[entry] = select(squares[entry], 0.0, size == 1u) + ring_squares[entry];
-    }
-    if lane < TILE_SQUARES {
-        sums[lane] = select(sums[lane], 0.0, size == 1u) + ring_sums[lane];
-    }
-}
-
-// Fits the window so far.
-fn solve(size: u32, lane: u32) {
+// Fits the window so far, and tells the squared error of luminance on it.
+fn solve(size: u32, lane: u32) -> f32 {
     // An empty window solves a harmless system instead of leaving uniform control flow.
     let weight = select(1.0, sums[TILE_WEIGHT], sums[TILE_WEIGHT] > 0.0);
-    for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
-        let ij = square_entry(entry);
-        ridge_squares[entry] = squares[entry] - sums[TILE_MEAN + ij.x] * sums[TILE_MEAN + ij.y] / weight;
+    for (var entry = lane; entry < SQUARES; entry += LANES) {
+        let ij = square_entry(entry) + TILE_MEAN;
+        ridge_squares[entry] = squares[entry] - sums[ij.x] * sums[ij.y] / weight;
     }
     if lane < FEATURES {
         let depth = length(vec3(column_mean(3u), column_mean(4u), column_mean(5u)));
@@ -153,13 +153,20 @@ fn solve(size: u32, lane: u32) {
     }
     workgroupBarrier();
     ridge_solve(weight, lane);
+    // With slopes b, products c, squares A and ridge R: y'y - 2 b'c + b'A b, where (A + R) b = c.
     if lane < FEATURES {
-        let slopes = ridge_slopes[lane];
-        form[lane] = -dot(LUMINANCE, vec3(slopes[0], slopes[1], slopes[2]));
+        let slope = luminance_slope(lane);
+        form[lane] = -slope;
+        partial[lane].x = slope * (luminance_product(lane) + ridge_of(lane, weight) * slope);
     } else if lane < COLUMNS {
         form[lane] = LUMINANCE[lane - FEATURES];
     }
     workgroupBarrier();
+    var residual = luminance_square();
+    for (var i = 0u; i < FEATURES; i++) {
+        residual -= partial[i].x;
+    }
+    return max(residual, 0.0);
 }
 
 fn column_mean(column: u32) -> f32 {
@@ -170,53 +177,22 @@ fn noise_mean(entry: u32) -> f32 {
     return sums[entry] / max(sums[TILE_WEIGHT], 1e-30);
 }
 
-// Squared error of the fit on its own window.
-fn form_square(lane: u32) -> f32 {
-    var sum = 0.0;
-    for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
-        sum += form_weight(entry) * ridge_squares[entry];
-    }
-    return max(workgroup_sum(sum, lane), 0.0);
-}
-
-// What an entry of the squares counts for in the square of the form: twice off the diagonal.
-fn form_weight(entry: u32) -> f32 {
-    let ij = square_entry(entry);
-    return select(2.0, 1.0, ij.x == ij.y) * form[ij.x] * form[ij.y];
-}
-
-fn workgroup_sum(value: f32, lane: u32) -> f32 {
+fn workgroup_sum(value: vec2<f32>, lane: u32) -> vec2<f32> {
     partial[lane] = value;
     workgroupBarrier();
-    if lane < 8u {
-        var sum = 0.0;
-        for (var i = 8u * lane; i < 8u * lane + 8u; i++) {
-            sum += partial[i];
-        }
-        eighths[lane] = sum;
-    }
-    workgroupBarrier();
-    var total = 0.0;
-    for (var i = 0u; i < 8u; i++) {
-        total += eighths[i];
+    var total = vec2(0.0);
+    for (var i = 0u; i < LANES; i++) {
+        total += partial[i];
     }
     return total;
 }
 
 // Mean squared error on the window, with what fitting has made it too small by.
-fn mallows_cp(residual: f32, size: u32) -> f32 {
-    let pixels = f32(TILE * TILE * sampled_tiles(size));
+fn mallows_cp(residual: f32, tiles: u32) -> f32 {
+    let pixels = f32(TILE * TILE * tiles);
     let parameters = f32(FEATURES + 1u);
     return residual / max(sums[TILE_WEIGHT], 1e-30)
         + 2.0 * parameters * noise_mean(TILE_FOUND) / max(pixels, 1.0);
-}
-
-fn sampled_tiles(size: u32) -> u32 {
-    var count = 0u;
-    for (var t = 0u; t < WINDOW_TILES[size]; t++) {
-        count += select(0u, 1u, window_factors[t] > 0.0);
-    }
-    return count;
 }
 
 // Variance of one sample over its squared mean.

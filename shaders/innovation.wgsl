@@ -12,6 +12,7 @@
 @group(0) @binding(2) var<storage, read_write> innovations: array<vec4<f32>>;
 
 const OWN_FEATURES = INNOVATION_OWN_FEATURES;
+const LANES = 32u;
 const RIDGE = 0.3; // of the total weight: a few pixels with features of their own are no light
 // Deviation of a feature that counts, in its units: as where a tenth of the pixels differ by one. With less, single bright
 // samples on the few would be a change of the light.
@@ -23,16 +24,16 @@ const TILE_LENGTH = TILE_EXPECTED; // samples in it
 var<workgroup> means: array<f32, TILE_SQUARES>;
 var<workgroup> significance: f32;
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(LANES)
 fn innovation(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let samples = load_window(centre.xy * INNOVATION_TILES, MOST_TILES, lane);
     // An empty window solves a harmless system instead of leaving uniform control flow.
-    let weight = select(1.0, window_sum(TILE_WEIGHT, 0u, MOST_TILES), samples > 0.0);
+    let weight = select(1.0, window_weight(0u, MOST_TILES), samples > 0.0);
     if lane < TILE_SQUARES {
         means[lane] = window_moment(lane, 0u, MOST_TILES) / weight; // of columns: about the origin
     }
     workgroupBarrier();
-    for (var entry = lane; entry < SQUARES; entry += RIDGE_LANES) {
+    for (var entry = lane; entry < SQUARES; entry += LANES) {
         let ij = square_entry(entry);
         ridge_squares[entry] = window_square(entry, 0u, MOST_TILES)
             - weight * means[TILE_MEAN + ij.x] * means[TILE_MEAN + ij.y];
@@ -77,22 +78,10 @@ fn significant_share(samples: f32, weight: f32) -> f32 {
     let change = weight * of_mean * of_mean;
     var explained = change;
     let unknowns = f32(FEATURES + 1u);
-    var total = 0.0;
     for (var i = 0u; i < FEATURES; i++) {
-        var slope = 0.0;
-        var product = 0.0;
-        for (var c = 0u; c < CHANNELS; c++) {
-            slope += LUMINANCE[c] * ridge_slopes[i][c];
-            product += LUMINANCE[c] * ridge_squares[square_index(i, FEATURES + c)];
-        }
-        explained += slope * product;
+        explained += luminance_slope(i) * luminance_product(i);
     }
-    for (var c = 0u; c < CHANNELS; c++) {
-        for (var d = 0u; d < CHANNELS; d++) {
-            total += LUMINANCE[c] * LUMINANCE[d]
-                * ridge_squares[square_index(FEATURES + min(c, d), FEATURES + max(c, d))];
-        }
-    }
+    let total = luminance_square();
     let residual = max(total + change - explained, 0.0) / max(samples - unknowns, 1.0);
     // Not less than what the history knows: where no sample of a frame saw the light, it varies by nothing.
     let expected = means[TILE_VARIANCE] * (1.0 + 1.0 / max(means[TILE_LENGTH], 1.0)) * weight / max(samples, 1e-30);

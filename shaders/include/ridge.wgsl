@@ -1,13 +1,15 @@
-// Ridge regression from moments, solved by one workgroup of RIDGE_LANES invocations.
+// Ridge regression from moments, solved by one workgroup of LANES invocations, which a pass says.
 //
 // The moments are about their means, so the constant is not part of the system and is not shrunk. Features are scaled to
 // unit deviation first; slopes come back in the features' own units.
 // The ridge is what keeps the system sound, and a prior: slopes beyond a change of 100 % per feature unit must be earned by
 // samples, or a few pixels with features of their own would be fitted to their own noise.
-// Source: Hoerl and Kennard, "Ridge Regression", Technometrics 1970; elimination of a symmetric matrix as L D L^T.
+// Source: Hoerl and Kennard, "Ridge Regression", Technometrics 1970; elimination above and below the pivot: Gauss and Jordan
 
-const RIDGE_LANES = 64u;
 const_assert FEATURES % 2u == 1u; // two rows at a time, and a last one
+const COLUMN_LANES = 16u;
+const ROW_STEP = LANES / COLUMN_LANES;
+const_assert COLUMNS <= COLUMN_LANES && LANES % COLUMN_LANES == 0u;
 
 var<workgroup> ridge_squares: array<f32, SQUARES>;                  // in: sum w (z - mean z)(z - mean z)^T
 var<workgroup> ridge_floors: array<f32, FEATURES>;                  // in: least deviation that counts
@@ -24,49 +26,53 @@ fn ridge_solve(weight: f32, lane: u32) {
         ridge_scales[lane] = 1.0 / max(max(deviation, ridge_floors[lane]), 1e-20);
     }
     workgroupBarrier();
-    for (var entry = lane; entry < FEATURES * COLUMNS; entry += RIDGE_LANES) {
-        let i = entry / COLUMNS;
-        let j = entry % COLUMNS;
-        if j < i {
-            continue;
+    // Each lane keeps to a column.
+    let j = lane % COLUMN_LANES;
+    let first = lane / COLUMN_LANES;
+    if j < COLUMNS {
+        let scale = select(1.0, ridge_scales[min(j, FEATURES - 1u)], j < FEATURES);
+        for (var i = first; i <= min(j, FEATURES - 1u); i += ROW_STEP) {
+            ridge_system[i][j] = ridge_squares[square_index(i, j)] * ridge_scales[i] * scale;
+            if i == j {
+                ridge_system[i][j] += ridge_of(i, weight) * scale * scale;
+            }
         }
-        var value = ridge_squares[square_index(i, j)] * ridge_scales[i];
-        if j < FEATURES {
-            value *= ridge_scales[j];
-        }
-        if i == j {
-            value += RIDGE * weight + ridge_priors[i] * ridge_scales[i] * ridge_scales[i];
-        }
-        ridge_system[i][j] = value;
     }
     workgroupBarrier();
-    // Two rows at a time, which are final when their step begins; the rows below are updated from them alone, so one barrier
-    // a step is enough.
+    // Two rows at a time, which are final when their step begins; the others are freed of their columns by them alone, so one
+    // barrier a step is enough. What lies below the diagonal is known by symmetry.
     for (var k = 0u; k + 2u < FEATURES; k += 2u) {
-        let inverse = pivot_inverse(k);
-        let side = COLUMNS - 2u - k;
-        for (var entry = lane; entry < (FEATURES - 2u - k) * side; entry += RIDGE_LANES) {
-            let i = k + 2u + entry / side;
-            let j = k + 2u + entry % side;
-            if j >= i {
-                let left = vec2(ridge_system[k][i], ridge_system[k + 1u][i]);
-                let right = vec2(ridge_system[k][j], ridge_system[k + 1u][j]);
-                ridge_system[i][j] -= dot(left, inverse * right);
+        if j >= k + 2u && j < COLUMNS {
+            let right = pivot_inverse(k) * vec2(ridge_system[k][j], ridge_system[k + 1u][j]);
+            for (var i = first; i <= min(j, FEATURES - 1u); i += ROW_STEP) {
+                if i < k {
+                    ridge_system[i][j] -= dot(vec2(ridge_system[i][k], ridge_system[i][k + 1u]), right);
+                } else if i >= k + 2u {
+                    ridge_system[i][j] -= dot(vec2(ridge_system[k][i], ridge_system[k + 1u][i]), right);
+                }
             }
         }
         workgroupBarrier();
     }
-    if lane < CHANNELS {
-        let last = FEATURES - 1u;
-        ridge_slopes[last][lane] = remainder(last, last + 1u, lane) / ridge_system[last][last] * ridge_scales[last];
-        for (var step = 2u; step < FEATURES; step += 2u) {
-            let k = last - step;
-            let slopes = pivot_inverse(k) * vec2(remainder(k, k + 2u, lane), remainder(k + 1u, k + 2u, lane));
-            ridge_slopes[k][lane] = slopes.x * ridge_scales[k];
-            ridge_slopes[k + 1u][lane] = slopes.y * ridge_scales[k + 1u];
+    const LAST = FEATURES - 1u;
+    for (var entry = lane; entry < FEATURES * CHANNELS; entry += LANES) {
+        let i = entry / CHANNELS;
+        let channel = entry % CHANNELS;
+        var slope = ridge_system[LAST][FEATURES + channel] / ridge_system[LAST][LAST];
+        if i < LAST {
+            let k = i / 2u * 2u;
+            let right = vec2(remainder(k, channel, slope), remainder(k + 1u, channel, slope));
+            slope = (pivot_inverse(k) * right)[i - k];
         }
+        ridge_slopes[i][channel] = slope * ridge_scales[i];
     }
     workgroupBarrier();
+}
+
+// Of a feature, in its own units.
+fn ridge_of(feature: u32, weight: f32) -> f32 {
+    let scale = ridge_scales[feature];
+    return RIDGE * weight / (scale * scale) + ridge_priors[feature];
 }
 
 // Inverse of the 2x2 block on the diagonal at row k.
@@ -77,13 +83,29 @@ fn pivot_inverse(k: u32) -> mat2x2<f32> {
     return mat2x2(d, -b, -b, a) * (1.0 / (a * d - b * b));
 }
 
-// Right side of row k less what the slopes from `begin` on, which are found and in plain units, explain of it.
-fn remainder(k: u32, begin: u32, channel: u32) -> f32 {
-    var value = ridge_system[k][FEATURES + channel];
-    for (var j = begin; j < FEATURES; j++) {
-        value -= ridge_system[k][j] * ridge_slopes[j][channel] / ridge_scales[j];
+// Right side of row k less what the last feature explains of it.
+fn remainder(k: u32, channel: u32, last_slope: f32) -> f32 {
+    return ridge_system[k][FEATURES + channel] - ridge_system[k][FEATURES - 1u] * last_slope;
+}
+
+// In luminance: the slope that was found, what the system has on its right side, and the square that is to be explained.
+fn luminance_slope(feature: u32) -> f32 {
+    return dot(LUMINANCE, vec3(ridge_slopes[feature][0], ridge_slopes[feature][1], ridge_slopes[feature][2]));
+}
+
+fn luminance_product(feature: u32) -> f32 {
+    let at = square_index(feature, FEATURES);
+    return dot(LUMINANCE, vec3(ridge_squares[at], ridge_squares[at + 1u], ridge_squares[at + 2u]));
+}
+
+fn luminance_square() -> f32 {
+    var sum = 0.0;
+    for (var c = 0u; c < CHANNELS; c++) {
+        for (var d = 0u; d < CHANNELS; d++) {
+            sum += LUMINANCE[c] * LUMINANCE[d] * ridge_squares[square_index(FEATURES + min(c, d), FEATURES + max(c, d))];
+        }
     }
-    return value;
+    return sum;
 }
 
 // A third of a channel's row of the model (include/linear_model) through the columns' means, which a pass tells by

@@ -1,12 +1,15 @@
 // The tiles of a window about a centre, from the inside outwards, and their moments about one origin.
 //
-// A pass binds `moments`.
+// A pass binds `moments` and says how many invocations work on a window (LANES).
 // Source: merging moments about different means: Chan, Golub and LeVeque 1979
 
-// Heads of the tiles, with weights by variance, and means about the origin times the root of the weight.
+const_assert LANES >= MOST_TILES && LANES >= TILE_SQUARES;
+
+// Heads of the tiles, with means about the origin times the root of the weight. Their weights, divided by variance, lie apart.
 var<workgroup> window: array<array<f32, TILE_SQUARES>, MOST_TILES>;
-var<workgroup> window_tiles: array<u32, MOST_TILES>;   // where their squares are
+var<workgroup> window_weights: array<f32, MOST_TILES>;
 var<workgroup> window_factors: array<f32, MOST_TILES>; // what their weights were multiplied by
+var<workgroup> window_tiles: array<u32, MOST_TILES>;   // where they are in memory
 var<workgroup> origin: array<f32, COLUMNS>;
 
 // Call from uniform control flow. Tiles outside the frame stay, with weight 0, so that all windows have one shape. Returns the
@@ -15,62 +18,67 @@ fn load_window(centre: vec2<u32>, count: u32, lane: u32) -> f32 {
     if lane < count {
         let tile = vec2<i32>(centre) + window_offset(lane);
         let inside = all(tile >= vec2(0)) && all(tile < vec2<i32>(frame.tiles));
-        window_tiles[lane] = select(0u, u32(tile.y) * frame.tiles.x + u32(tile.x), inside) * TILE_STRIDE;
-        window_factors[lane] = select(0.0, 1.0, inside);
+        let start = select(0u, u32(tile.y) * frame.tiles.x + u32(tile.x), inside) * TILE_STRIDE;
+        window_tiles[lane] = start;
+        window[lane][TILE_WEIGHT] = select(0.0, moments[start + TILE_WEIGHT], inside);
+        window[lane][TILE_VARIANCE] = moments[start + TILE_VARIANCE];
     }
     workgroupBarrier();
-    for (var i = lane; i < count * TILE_SQUARES; i += 64u) {
-        let tile = i / TILE_SQUARES;
-        let entry = i % TILE_SQUARES;
-        window[tile][entry] = window_factors[tile] * moments[window_tiles[tile] + entry];
+    var samples = 0.0;
+    var variance = 0.0;
+    for (var t = 0u; t < count; t++) {
+        samples += window[t][TILE_WEIGHT];
+        variance += window[t][TILE_WEIGHT] * window[t][TILE_VARIANCE];
     }
-    workgroupBarrier();
-    let samples = window_sum(TILE_WEIGHT, 0u, count);
-    let variance = window_sum(TILE_VARIANCE, 0u, count) / max(samples, 1e-30);
-    workgroupBarrier(); // all have read the weights that are now replaced
     if lane < count {
         // Inverse-variance weighting by tiles.
-        let noise = window[lane][TILE_VARIANCE] / max(variance, 1e-30);
-        let factor = select(0.0, variance_factor(noise), window[lane][TILE_WEIGHT] > 0.0);
+        let weight = window[lane][TILE_WEIGHT];
+        let noise = window[lane][TILE_VARIANCE] * samples / max(variance, 1e-30);
+        let factor = select(0.0, variance_factor(noise), weight > 0.0);
         window_factors[lane] = factor;
-        window[lane][TILE_WEIGHT] *= factor;
+        window_weights[lane] = factor * weight;
     }
     workgroupBarrier();
     if lane < COLUMNS {
         // Not the whole window's: next to something bright, small values about its mean would lose their digits.
         let near = min(9u, count);
-        let end = select(count, near, window_sum(TILE_WEIGHT, 0u, near) > 0.0);
-        let weight = window_sum(TILE_WEIGHT, 0u, end);
-        origin[lane] = window_sum(TILE_MEAN + lane, 0u, end) / max(weight, 1e-30);
+        let end = select(count, near, window_weight(0u, near) > 0.0);
+        var sum = 0.0;
+        for (var t = 0u; t < end; t++) {
+            sum += window_weights[t] * moments[window_tiles[t] + TILE_MEAN + lane];
+        }
+        origin[lane] = sum / max(window_weight(0u, end), 1e-30);
     }
     workgroupBarrier();
-    for (var i = lane; i < count * COLUMNS; i += 64u) {
-        let tile = i / COLUMNS;
-        let column = i % COLUMNS;
-        let mean = window[tile][TILE_MEAN + column];
-        window[tile][TILE_MEAN + column] = sqrt(window[tile][TILE_WEIGHT]) * (mean - origin[column]);
+    for (var i = lane; i < count * TILE_SQUARES; i += LANES) {
+        let tile = i / TILE_SQUARES;
+        let entry = i % TILE_SQUARES;
+        var value = moments[window_tiles[tile] + entry];
+        if entry >= TILE_MEAN {
+            value = sqrt(window_weights[tile]) * (value - origin[entry - TILE_MEAN]);
+        }
+        window[tile][entry] = value;
     }
     workgroupBarrier();
     return samples;
 }
 
-// Weighted sum of one of the tiles' entries (of the weight: the weight) over some of the tiles.
-fn window_sum(entry: u32, begin: u32, end: u32) -> f32 {
+// Weight of some of the tiles.
+fn window_weight(begin: u32, end: u32) -> f32 {
     var sum = 0.0;
     for (var t = begin; t < end; t++) {
-        sum += window[t][TILE_WEIGHT] * select(window[t][entry], 1.0, entry == TILE_WEIGHT);
+        sum += window_weights[t];
     }
     return sum;
 }
 
-// As `window_sum` once the means are about the origin.
+// Weighted sum of one of the tiles' entries (of the weight: the weight; of a mean: about the origin) over some of the tiles.
 fn window_moment(entry: u32, begin: u32, end: u32) -> f32 {
-    if entry < TILE_MEAN {
-        return window_sum(entry, begin, end);
-    }
     var sum = 0.0;
     for (var t = begin; t < end; t++) {
-        sum += sqrt(window[t][TILE_WEIGHT]) * window[t][entry];
+        let weight = window_weights[t];
+        let factor = select(weight, sqrt(weight), entry >= TILE_MEAN);
+        sum += factor * select(window[t][entry], 1.0, entry == TILE_WEIGHT);
     }
     return sum;
 }

@@ -20,7 +20,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("windows", Kind::BufferMut),
         ("coverage", Kind::BufferMut),
     ],
-    workgroup: [64, 1],
+    workgroup: [32, 1],
     covers: [1, 1],
 };
 

@@ -8,7 +8,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
     name: "innovation",
     source: include_str!("../../shaders/innovation.wgsl"),
     bindings: &[("frame", Kind::Frame), ("moments", Kind::Buffer), ("innovations", Kind::BufferMut)],
-    workgroup: [64, 1],
+    workgroup: [32, 1],
     covers: [1, 1],
 };
 
