@@ -61,12 +61,8 @@ fn enter_pixel(pixel: vec2<u32>, lane: u32) {
     if count <= 0.0 {
         return;
     }
-    enter_features(z, lane);
-    enter_column(lane, SURFACE_FEATURES, f32(pixel.x));
-    enter_column(lane, SURFACE_FEATURES + 1u, f32(pixel.y));
-    for (var c = 0u; c < CHANNELS; c++) {
-        enter_column(lane, FEATURES + c, mean[c]);
-    }
+    let regressors = surface_regressors(z, vec2<f32>(pixel));
+    own_row = Row(regressors[0], regressors[1], regressors[2], vec4(mean, 0.0));
     let own = unpack_noise(word, count);
     weights[lane] = count;
     noises[lane] = vec3(own.variance, found_variance(own.deviations), own.variance / count);

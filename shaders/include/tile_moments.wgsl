@@ -1,50 +1,50 @@
 // Weighted first and second moments of a tile's pixels, by a workgroup of 64: one pixel each.
 //
-// A pass binds `moments` and enters the columns, `weights` and `noises` of its lane's pixel; weight 0 leaves one out.
-// All products of columns about their means, with 1 as the first of them, are summed in blocks of 4x4, so that a lane uses what
-// it loads four times.
+// A pass binds `moments` and enters the row, `weights` and `noises` of its lane's pixel; weight 0 leaves one out.
+// All products of columns about those of one of the pixels, with 1 as the first of them, are summed in blocks of 4x4, so that a
+// lane uses what it loads four times.
 // Source: Chan, Golub and LeVeque, "Updating Formulae and a Pairwise Algorithm for Computing Sample Variances", 1979
 
 const TILE_PIXELS = TILE * TILE;
 const QUADS = 4u;  // of columns: 1, then COLUMNS, then zeros
 const BLOCKS = 10u; // pairs of quads
 const SHARES = 6u; // of the pixels, summed apart by as many lanes a block
-const MEAN_SHARES = 16u; // of the pixels, likewise, for the means
 const BLOCK_QUADS = array(
     vec2(0u, 0u), vec2(0u, 1u), vec2(0u, 2u), vec2(0u, 3u), vec2(1u, 1u),
     vec2(1u, 2u), vec2(1u, 3u), vec2(2u, 2u), vec2(2u, 3u), vec2(3u, 3u),
 );
 
+alias Row = array<vec4<f32>, QUADS>;
+
+var<private> own_row: Row; // of the lane's pixel
+var<workgroup> reference: Row; // of the pixel that counts most: its columns are as far from the means as any's, and no farther
+var<workgroup> heaviest: atomic<u32>; // that pixel
 var<workgroup> rows: array<vec4<f32>, TILE_PIXELS * QUADS>; // by pixel; later sums by share, block and row
 var<workgroup> weights: array<f32, TILE_PIXELS>;
 var<workgroup> noises: array<vec3<f32>, TILE_PIXELS>; // for the tile's variance, found and expected
-var<workgroup> means: array<vec4<f32>, QUADS * MEAN_SHARES>; // sums by share, then the means in the first ones
 
+// Call from uniform control flow, before a barrier that precedes `sum_tile`.
 fn leave_out(lane: u32) {
     weights[lane] = 0.0;
     noises[lane] = vec3(0.0);
-    for (var quad = 0u; quad < QUADS; quad++) {
-        rows[lane * QUADS + quad] = vec4(0.0);
-    }
-}
-
-fn enter_column(lane: u32, column: u32, value: f32) {
-    let at = column + 1u;
-    rows[lane * QUADS + at / 4u][at % 4u] = value;
-}
-
-fn enter_features(z: array<f32, SURFACE_FEATURES>, lane: u32) {
-    for (var i = 0u; i < SURFACE_FEATURES; i++) {
-        enter_column(lane, i, z[i]);
+    if lane == 0u {
+        atomicStore(&heaviest, 0u);
     }
 }
 
 // Call from uniform control flow, after a barrier that follows each lane's writes.
 fn sum_tile(tile: vec2<u32>, lane: u32) {
     let root = sqrt(weights[lane]);
-    sum_means(lane);
+    // By the bits of its weight; the last six tell the lane.
+    let bits = bitcast<u32>(weights[lane]) / TILE_PIXELS * TILE_PIXELS;
+    atomicMax(&heaviest, bits | lane);
+    workgroupBarrier();
+    if lane == atomicLoad(&heaviest) % TILE_PIXELS {
+        reference = own_row;
+    }
+    workgroupBarrier();
     for (var quad = 0u; quad < QUADS; quad++) {
-        rows[lane * QUADS + quad] = root * (rows[lane * QUADS + quad] - means[quad]);
+        rows[lane * QUADS + quad] = root * (own_row[quad] - reference[quad]);
     }
     rows[lane * QUADS].x = root;
     workgroupBarrier();
@@ -59,39 +59,12 @@ fn sum_tile(tile: vec2<u32>, lane: u32) {
             value = product(ij.x, ij.y) - product(0u, ij.x) * product(0u, ij.y) / max(total, 1e-30);
         } else if entry >= TILE_MEAN {
             let at = entry - TILE_MEAN + 1u;
-            value = means[at / 4u][at % 4u] + product(0u, at) / max(total, 1e-30);
+            value = reference[at / 4u][at % 4u] + product(0u, at) / max(total, 1e-30);
         } else if entry >= TILE_VARIANCE {
             value = rows[BLOCKS * 4u][entry - TILE_VARIANCE] / max(total, 1e-30);
         }
         moments[start + entry] = value;
     }
-}
-
-// Leaves the columns' means in `means`.
-fn sum_means(lane: u32) {
-    let quad = lane % QUADS;
-    var sum = vec4(0.0);
-    var weight = 0.0;
-    for (var i = lane / QUADS; i < TILE_PIXELS; i += MEAN_SHARES) {
-        sum += weights[i] * rows[i * QUADS + quad];
-        weight += weights[i];
-    }
-    sum.x = select(sum.x, weight, quad == 0u); // instead of the constant
-    means[lane] = sum;
-    workgroupBarrier();
-    var whole = vec4(0.0);
-    var total = 0.0;
-    if lane < QUADS {
-        for (var i = 0u; i < MEAN_SHARES; i++) {
-            whole += means[i * QUADS + lane];
-            total += means[i * QUADS].x;
-        }
-    }
-    workgroupBarrier();
-    if lane < QUADS {
-        means[lane] = whole / max(total, 1e-30);
-    }
-    workgroupBarrier();
 }
 
 // Leaves the rows of all blocks in `rows`, one after the other, and then the noises.
