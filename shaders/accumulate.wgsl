@@ -19,7 +19,7 @@
 @group(0) @binding(6) var<storage, read> innovations: array<vec4<f32>>;
 @group(0) @binding(7) var history: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(8) var noise: texture_storage_2d<r32uint, write>;
-@group(0) @binding(9) var<storage, read_write> moments: array<f32>;
+@group(0) @binding(9) var<storage, read_write> moments: array<vec4<f32>>;
 
 const OWN_FEATURES = MODEL_OWN_FEATURES;
 

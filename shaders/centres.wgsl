@@ -10,7 +10,7 @@
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> level: vec4<u32>; // its number in x
 @group(0) @binding(2) var<storage, read> coverage: array<u32>;
-@group(0) @binding(3) var<storage, read> moments: array<f32>;
+@group(0) @binding(3) var<storage, read> moments: array<vec4<f32>>;
 @group(0) @binding(4) var<storage, read_write> centre_list: array<u32>;
 @group(0) @binding(5) var<storage, read_write> levels: array<atomic<u32>>;
 
@@ -38,7 +38,7 @@ fn has_samples(centre: vec2<u32>) -> bool {
     for (var i = 0u; i < count; i++) {
         let tile = vec2<i32>(centre) + window_offset(i);
         if all(tile >= vec2(0)) && all(tile < vec2<i32>(frame.tiles)) {
-            if moments[(u32(tile.y) * frame.tiles.x + u32(tile.x)) * TILE_STRIDE + TILE_WEIGHT] > 0.0 {
+            if moments[(u32(tile.y) * frame.tiles.x + u32(tile.x)) * TILE_STRIDE][TILE_WEIGHT] > 0.0 {
                 return true;
             }
         }

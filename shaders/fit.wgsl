@@ -12,7 +12,7 @@
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> level: vec4<u32>; // its number in x
-@group(0) @binding(2) var<storage, read> moments: array<f32>;
+@group(0) @binding(2) var<storage, read> moments: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> centre_list: array<u32>;
 @group(0) @binding(4) var<storage, read> levels: array<u32>;
 @group(0) @binding(5) var<storage, read_write> models: array<vec4<f32>>;
@@ -23,9 +23,8 @@ const OWN_FEATURES = MODEL_OWN_FEATURES;
 const LANES = 32u; // half a wave or all of one: most of what is done is narrow, and waits
 const RIDGE = 1e-3; // of the total weight
 
-// Of the window so far: weight, noises and columns about the origin; squares about the origin.
+// Of the window so far: weight, noises and columns about the origin. Squares about the origin are kept by the lanes, four by each.
 var<workgroup> sums: array<f32, TILE_SQUARES>;
-var<workgroup> squares: array<f32, SQUARES>;
 // The model's error in luminance, as a linear form of the columns about the window's mean.
 var<workgroup> form: array<f32, COLUMNS>;
 var<workgroup> partial: array<vec2<f32>, LANES>;
@@ -46,6 +45,8 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
     let widest = select(frame.widest_window, WIDEST_WINDOW, is_base);
     load_window(place, WINDOW_TILES[widest], lane);
 
+    let places = square_quad(lane);
+    var squares = vec4(0.0);
     var error = 0.0;  // of the innermost model, then of each model on the ring about its window
     var tested = 0.0; // weight of what they were tested on
     var tiles = 0u;   // with samples
@@ -53,8 +54,11 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
     var chosen = 1u;
     for (var size = 1u; size <= widest; size++) {
         if size > 1u && has(frame, FLAG_RING_ERROR) {
-            error += ring_error(size, lane);
+            error += ring_error(size, places, lane);
             tested += window_weight(WINDOW_TILES[size - 1u], WINDOW_TILES[size]);
+        }
+        if lane < SQUARE_QUADS {
+            squares += window_squares(lane, places, WINDOW_TILES[size - 1u], WINDOW_TILES[size]);
         }
         join_ring(size, lane);
         tiles += sampled_tiles(size);
@@ -62,7 +66,7 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
         if size < frame.least_window && !has(frame, FLAG_RING_ERROR) {
             continue;
         }
-        let residual = solve(size, lane);
+        let residual = solve(size, squares, places, lane);
         var risk = mallows_cp(residual, tiles);
         if size == 1u {
             // No model is inside the first window to be tested by it, so it is judged by Cp.
@@ -95,9 +99,6 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
 fn join_ring(size: u32, lane: u32) {
     let begin = WINDOW_TILES[size - 1u];
     let end = WINDOW_TILES[size];
-    for (var entry = lane; entry < SQUARES; entry += LANES) {
-        squares[entry] = select(squares[entry], 0.0, size == 1u) + window_square(entry, begin, end);
-    }
     if lane < TILE_SQUARES {
         sums[lane] = select(sums[lane], 0.0, size == 1u) + window_moment(lane, begin, end);
     }
@@ -113,13 +114,16 @@ fn sampled_tiles(size: u32) -> u32 {
 
 // Squared error, summed over the ring about a window, of the model that knows the window inside it only: exactly what predicting
 // pixel by pixel would find. The error is a linear form of the columns, so its square needs first and second moments only.
-fn ring_error(size: u32, lane: u32) -> f32 {
+fn ring_error(size: u32, places: SquareQuad, lane: u32) -> f32 {
     let begin = WINDOW_TILES[size - 1u];
     let end = WINDOW_TILES[size];
     var sum = vec2(0.0); // squares, the form of the sums
-    for (var entry = lane; entry < SQUARES; entry += LANES) {
-        let ij = square_entry(entry);
-        sum.x += select(2.0, 1.0, ij.x == ij.y) * form[ij.x] * form[ij.y] * window_square(entry, begin, end);
+    if lane < SQUARE_QUADS {
+        let ring = window_squares(lane, places, begin, end);
+        for (var i = 0u; i < 4u && 4u * lane + i < SQUARES; i++) {
+            let at = vec2(places.rows[i], places.columns[i]);
+            sum.x += select(2.0, 1.0, at.x == at.y) * form[at.x] * form[at.y] * ring[i];
+        }
     }
     if lane < COLUMNS {
         sum.y = form[lane] * window_moment(TILE_MEAN + lane, begin, end);
@@ -136,12 +140,15 @@ fn ring_error(size: u32, lane: u32) -> f32 {
 }
 
 // Fits the window so far, and tells the squared error of luminance on it.
-fn solve(size: u32, lane: u32) -> f32 {
+fn solve(size: u32, squares: vec4<f32>, places: SquareQuad, lane: u32) -> f32 {
     // An empty window solves a harmless system instead of leaving uniform control flow.
     let weight = select(1.0, sums[TILE_WEIGHT], sums[TILE_WEIGHT] > 0.0);
-    for (var entry = lane; entry < SQUARES; entry += LANES) {
-        let ij = square_entry(entry) + TILE_MEAN;
-        ridge_squares[entry] = squares[entry] - sums[ij.x] * sums[ij.y] / weight;
+    if lane < SQUARE_QUADS {
+        var of_means: vec4<f32>;
+        for (var i = 0u; i < 4u; i++) {
+            of_means[i] = sums[TILE_MEAN + places.rows[i]] * sums[TILE_MEAN + places.columns[i]];
+        }
+        ridge_squares[lane] = squares - of_means / weight;
     }
     if lane < FEATURES {
         let depth = length(vec3(column_mean(3u), column_mean(4u), column_mean(5u)));
@@ -170,7 +177,7 @@ fn solve(size: u32, lane: u32) -> f32 {
 }
 
 fn column_mean(column: u32) -> f32 {
-    return origin[column] + sums[TILE_MEAN + column] / max(sums[TILE_WEIGHT], 1e-30);
+    return origin_of(column) + sums[TILE_MEAN + column] / max(sums[TILE_WEIGHT], 1e-30);
 }
 
 fn noise_mean(entry: u32) -> f32 {

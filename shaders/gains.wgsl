@@ -10,7 +10,7 @@
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> level: vec4<u32>; // its number in x
 @group(0) @binding(2) var<storage, read> coverage: array<u32>;
-@group(0) @binding(3) var<storage, read> moments: array<f32>;
+@group(0) @binding(3) var<storage, read> moments: array<vec4<f32>>;
 @group(0) @binding(4) var<storage, read_write> models: array<vec4<f32>>;
 @group(0) @binding(5) var<storage, read_write> kept: array<u32>;
 @group(0) @binding(6) var<storage, read_write> histogram: array<atomic<u32>>;
@@ -47,7 +47,7 @@ fn gains(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation
     let start = index * TILE_STRIDE;
     var entry = 0u;
     // A tile without samples is left to the coarsest models, a tile of one of these to it.
-    if coverage[index] < own.covered && moments[start + TILE_WEIGHT] > 0.0 && any(tile != coarsest_centre(frame, tile)) {
+    if coverage[index] < own.covered && moments[start][TILE_WEIGHT] > 0.0 && any(tile != coarsest_centre(frame, tile)) {
         entry = candidate(tile, index, lane);
     }
     kept[index] = entry;
@@ -63,7 +63,7 @@ fn candidate(tile: vec2<u32>, index: u32, lane: u32) -> u32 {
     if before != 0u && age <= KEPT_FRAMES && follow(index * MODEL_STRIDE, start) {
         let errors = tile_errors(index * MODEL_STRIDE, start, lane);
         let expected = models[index * MODEL_STRIDE][HEAD_ERROR];
-        let found = moments[start + TILE_FOUND];
+        let found = moments[start][TILE_FOUND];
         error = errors.x;
         if errors.x <= KEPT_ERROR * (expected + found)
             && errors.y <= KEPT_ERROR * expected + KEPT_MEAN_ERROR * found / pixels_of(start) {
@@ -85,10 +85,10 @@ fn candidate(tile: vec2<u32>, index: u32, lane: u32) -> u32 {
 
 // Relative squared error beyond noise, times the pixels that have it.
 fn gain(error: f32, start: u32) -> f32 {
-    let found = moments[start + TILE_FOUND];
+    let found = moments[start][TILE_FOUND];
     var colour: vec3<f32>;
     for (var c = 0u; c < CHANNELS; c++) {
-        colour[c] = moments[start + TILE_MEAN + FEATURES + c];
+        colour[c] = tile_mean(start, FEATURES + c);
     }
     let l = luminance(colour);
     let excess = max(error - found, LEAST_EXCESS * found);
@@ -97,8 +97,8 @@ fn gain(error: f32, start: u32) -> f32 {
 
 // Pixels with samples in a tile: as many as would weigh as much with the mean number of samples, the ratio of both variances.
 fn pixels_of(start: u32) -> f32 {
-    let variance = max(moments[start + TILE_VARIANCE], 1e-30);
-    return clamp(moments[start + TILE_WEIGHT] * moments[start + TILE_EXPECTED] / variance, 1.0, f32(TILE * TILE));
+    let variance = max(moments[start][TILE_VARIANCE], 1e-30);
+    return clamp(moments[start][TILE_WEIGHT] * moments[start][TILE_EXPECTED] / variance, 1.0, f32(TILE * TILE));
 }
 
 // Mean squared error of a model's luminance on a tile, and the squared error of the mean. The error is a linear form of the
@@ -112,19 +112,28 @@ fn tile_errors(model: u32, start: u32, lane: u32) -> vec2<f32> {
         form[FEATURES + c][lane] = LUMINANCE[c];
     }
     var sum = 0.0;
-    var entry = start + TILE_SQUARES;
+    var entry = 0u;
     for (var i = 0u; i < COLUMNS; i++) {
-        residual += form[i][lane] * moments[start + TILE_MEAN + i];
-        var row = 0.5 * form[i][lane] * moments[entry];
+        residual += form[i][lane] * tile_mean(start, i);
+        var row = 0.5 * form[i][lane] * tile_square(start, entry);
         entry++;
         for (var j = i + 1u; j < COLUMNS; j++) {
-            row += form[j][lane] * moments[entry];
+            row += form[j][lane] * tile_square(start, entry);
             entry++;
         }
         sum += 2.0 * form[i][lane] * row;
     }
     let of_mean = residual * residual;
-    return vec2(max(sum, 0.0) / moments[start + TILE_WEIGHT] + of_mean, of_mean);
+    return vec2(max(sum, 0.0) / moments[start][TILE_WEIGHT] + of_mean, of_mean);
+}
+
+fn tile_mean(start: u32, column: u32) -> f32 {
+    return moments[start + 1u + column / 4u][column % 4u];
+}
+
+// By its place in the triangle.
+fn tile_square(start: u32, entry: u32) -> f32 {
+    return moments[start + 1u + MEAN_QUADS + entry / 4u][entry % 4u];
 }
 
 // Of what a model multiplies regressor `at` with.
@@ -139,8 +148,7 @@ fn luminance_of(model: u32, at: u32) -> f32 {
 // Moves a model to where the camera is now: positions are relative to the eye, and pixels moved as the tile's middle did. Once a
 // frame: `kept` forgets what did not hold. Tells whether that could be told.
 fn follow(model: u32, start: u32) -> bool {
-    let means = start + TILE_MEAN;
-    let position = vec3(moments[means + 3u], moments[means + 4u], moments[means + 5u]);
+    let position = vec3(tile_mean(start, 3u), tile_mean(start, 4u), tile_mean(start, 5u));
     let now = project(frame.current, position);
     let before = project(frame.previous, position + frame.eye_delta);
     if now.z <= 0.0 || before.z <= 0.0 {

@@ -8,7 +8,7 @@
 //!include frame numbers surface features linear_model innovations windows window ridge
 
 @group(0) @binding(0) var<uniform> frame: Frame;
-@group(0) @binding(1) var<storage, read> moments: array<f32>;
+@group(0) @binding(1) var<storage, read> moments: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read_write> innovations: array<vec4<f32>>;
 
 const OWN_FEATURES = INNOVATION_OWN_FEATURES;
@@ -33,10 +33,13 @@ fn innovation(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocatio
         means[lane] = window_moment(lane, 0u, MOST_TILES) / weight; // of columns: about the origin
     }
     workgroupBarrier();
-    for (var entry = lane; entry < SQUARES; entry += LANES) {
-        let ij = square_entry(entry);
-        ridge_squares[entry] = window_square(entry, 0u, MOST_TILES)
-            - weight * means[TILE_MEAN + ij.x] * means[TILE_MEAN + ij.y];
+    if lane < SQUARE_QUADS {
+        let places = square_quad(lane);
+        var of_means: vec4<f32>;
+        for (var i = 0u; i < 4u; i++) {
+            of_means[i] = means[TILE_MEAN + places.rows[i]] * means[TILE_MEAN + places.columns[i]];
+        }
+        ridge_squares[lane] = window_squares(lane, places, 0u, MOST_TILES) - weight * of_means;
     }
     workgroupBarrier();
     let depth = length(vec3(column_mean(3u), column_mean(4u), column_mean(5u)));
@@ -57,7 +60,7 @@ fn innovation(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocatio
 }
 
 fn column_mean(column: u32) -> f32 {
-    return origin[column] + means[TILE_MEAN + column];
+    return origin_of(column) + means[TILE_MEAN + column];
 }
 
 fn mean_change() -> vec3<f32> {

@@ -28,7 +28,7 @@
 @group(0) @binding(15) var signal: texture_storage_2d<r32uint, write>;
 @group(0) @binding(16) var reprojected: texture_storage_2d<rg32uint, write>;
 @group(0) @binding(17) var reprojected_noise: texture_storage_2d<r32uint, write>;
-@group(0) @binding(18) var<storage, read_write> moments: array<f32>;
+@group(0) @binding(18) var<storage, read_write> moments: array<vec4<f32>>;
 
 const OWN_FEATURES = INNOVATION_OWN_FEATURES;
 

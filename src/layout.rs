@@ -49,14 +49,14 @@ impl Columns {
     pub const fn squares(self) -> u32 {
         self.columns() * (self.columns() + 1) / 2
     }
-    /// Floats of a tile: its head, means and squares.
+    /// Floats of a tile: its head, means and squares, in whole groups of four.
     pub const fn tile_stride(self) -> u32 {
-        4 + self.columns() + self.squares()
+        4 + self.columns().next_multiple_of(4) + self.squares().next_multiple_of(4)
     }
 }
 
 /// Workgroup memory that the largest pass needs.
-pub const WORKGROUP_BYTES: u64 = 12 * 1024;
+pub const WORKGROUP_BYTES: u64 = 16 * 1024;
 
 /// Tiles that cover `size` pixels.
 pub fn tiles(size: [u32; 2]) -> [u32; 2] {
@@ -119,7 +119,7 @@ pub(crate) fn check(device: &wgpu::Device, descriptor: &DenoiserDescriptor) -> R
             WORKGROUP_BYTES,
             limits.max_compute_workgroup_storage_size.into(),
         ),
-        ("max_compute_invocations_per_workgroup", 64, limits.max_compute_invocations_per_workgroup.into()),
+        ("max_compute_invocations_per_workgroup", 256, limits.max_compute_invocations_per_workgroup.into()),
     ];
     match needs.into_iter().find(|&(_, needed, available)| needed > available) {
         Some((limit, needed, available)) => {

@@ -66,15 +66,33 @@ fn square_entry(index: u32) -> vec2<u32> {
     return vec2(row, COLUMNS - 1u - (from_end - k * (k + 1u) / 2u));
 }
 
-// A tile in memory: weight, pooled variance of one sample, the mean's variance as found by bootstrap, samples in the temporal
-// mean, then means of the columns, then squares about those means.
+// Rows and columns of four places in the triangle, one after the other; beyond its end its last one.
+struct SquareQuad {
+    rows: vec4<u32>,
+    columns: vec4<u32>,
+}
+
+fn square_quad(quad: u32) -> SquareQuad {
+    var found: SquareQuad;
+    for (var i = 0u; i < 4u; i++) {
+        let ij = square_entry(min(4u * quad + i, SQUARES - 1u));
+        found.rows[i] = ij.x;
+        found.columns[i] = ij.y;
+    }
+    return found;
+}
+
+// A tile in memory, as vec4s: weight, pooled variance of one sample, the mean's variance as found by bootstrap, samples in the temporal
+// mean; then means of the columns; then squares about those means. What is left of a vec4 is 0.
 const TILE_WEIGHT = 0u;
 const TILE_VARIANCE = 1u;
 const TILE_FOUND = 2u;
 const TILE_EXPECTED = 3u;
 const TILE_MEAN = 4u;
-const TILE_SQUARES = TILE_MEAN + COLUMNS;
-const TILE_STRIDE = TILE_SQUARES + SQUARES;
+const MEAN_QUADS = (COLUMNS + 3u) / 4u;
+const TILE_SQUARES = TILE_MEAN + 4u * MEAN_QUADS;
+const SQUARE_QUADS = (SQUARES + 3u) / 4u;
+const TILE_STRIDE = 1u + MEAN_QUADS + SQUARE_QUADS; // vec4s
 
 // How much more a noiseless part may count than the average one: a variance from few samples may be 0 by luck.
 const VARIANCE_FLOOR = 0.1;

@@ -11,7 +11,7 @@ const COLUMN_LANES = 16u;
 const ROW_STEP = LANES / COLUMN_LANES;
 const_assert COLUMNS <= COLUMN_LANES && LANES % COLUMN_LANES == 0u;
 
-var<workgroup> ridge_squares: array<f32, SQUARES>;                  // in: sum w (z - mean z)(z - mean z)^T
+var<workgroup> ridge_squares: array<vec4<f32>, SQUARE_QUADS>;       // in: sum w (z - mean z)(z - mean z)^T
 var<workgroup> ridge_floors: array<f32, FEATURES>;                  // in: least deviation that counts
 var<workgroup> ridge_priors: array<f32, FEATURES>;                  // in: ridge in the features' own units
 var<workgroup> ridge_system: array<array<f32, COLUMNS>, FEATURES>;
@@ -22,7 +22,7 @@ var<workgroup> ridge_slopes: array<array<f32, CHANNELS>, FEATURES>; // out
 // the total weight, above 0. Slopes are readable by all on return.
 fn ridge_solve(weight: f32, lane: u32) {
     if lane < FEATURES {
-        let deviation = sqrt(max(ridge_squares[square_index(lane, lane)], 0.0) / weight);
+        let deviation = sqrt(max(ridge_square(lane, lane), 0.0) / weight);
         ridge_scales[lane] = 1.0 / max(max(deviation, ridge_floors[lane]), 1e-20);
     }
     workgroupBarrier();
@@ -32,9 +32,9 @@ fn ridge_solve(weight: f32, lane: u32) {
     if j < COLUMNS {
         let scale = select(1.0, ridge_scales[min(j, FEATURES - 1u)], j < FEATURES);
         for (var i = first; i <= min(j, FEATURES - 1u); i += ROW_STEP) {
-            ridge_system[i][j] = ridge_squares[square_index(i, j)] * ridge_scales[i] * scale;
+            ridge_system[i][j] = ridge_square(i, j) * ridge_scales[i] * scale;
             if i == j {
-                ridge_system[i][j] += ridge_of(i, weight) * scale * scale;
+                ridge_system[i][j] += RIDGE * weight + ridge_priors[i] * scale * scale;
             }
         }
     }
@@ -69,6 +69,12 @@ fn ridge_solve(weight: f32, lane: u32) {
     workgroupBarrier();
 }
 
+// Row i, column j >= i.
+fn ridge_square(i: u32, j: u32) -> f32 {
+    let entry = square_index(i, j);
+    return ridge_squares[entry / 4u][entry % 4u];
+}
+
 // Of a feature, in its own units.
 fn ridge_of(feature: u32, weight: f32) -> f32 {
     let scale = ridge_scales[feature];
@@ -94,15 +100,18 @@ fn luminance_slope(feature: u32) -> f32 {
 }
 
 fn luminance_product(feature: u32) -> f32 {
-    let at = square_index(feature, FEATURES);
-    return dot(LUMINANCE, vec3(ridge_squares[at], ridge_squares[at + 1u], ridge_squares[at + 2u]));
+    var sum = 0.0;
+    for (var c = 0u; c < CHANNELS; c++) {
+        sum += LUMINANCE[c] * ridge_square(feature, FEATURES + c);
+    }
+    return sum;
 }
 
 fn luminance_square() -> f32 {
     var sum = 0.0;
     for (var c = 0u; c < CHANNELS; c++) {
         for (var d = 0u; d < CHANNELS; d++) {
-            sum += LUMINANCE[c] * LUMINANCE[d] * ridge_squares[square_index(FEATURES + min(c, d), FEATURES + max(c, d))];
+            sum += LUMINANCE[c] * LUMINANCE[d] * ridge_square(FEATURES + min(c, d), FEATURES + max(c, d));
         }
     }
     return sum;

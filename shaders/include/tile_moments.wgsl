@@ -8,6 +8,7 @@
 const TILE_PIXELS = TILE * TILE;
 const QUADS = 4u;  // of columns: 1, then COLUMNS, then zeros
 const BLOCKS = 10u; // pairs of quads
+const_assert TILE_STRIDE <= TILE_PIXELS;
 const SHARES = 6u; // of the pixels, summed apart by as many lanes a block
 const BLOCK_QUADS = array(
     vec2(0u, 0u), vec2(0u, 1u), vec2(0u, 2u), vec2(0u, 3u), vec2(1u, 1u),
@@ -50,21 +51,29 @@ fn sum_tile(tile: vec2<u32>, lane: u32) {
     workgroupBarrier();
     sum_blocks(lane);
 
-    let total = product(0u, 0u);
-    let start = (tile.y * frame.tiles.x + tile.x) * TILE_STRIDE;
-    for (var entry = lane; entry < TILE_STRIDE; entry += TILE_PIXELS) {
-        var value = total;
-        if entry >= TILE_SQUARES {
-            let ij = square_entry(entry - TILE_SQUARES) + 1u;
-            value = product(ij.x, ij.y) - product(0u, ij.x) * product(0u, ij.y) / max(total, 1e-30);
-        } else if entry >= TILE_MEAN {
-            let at = entry - TILE_MEAN + 1u;
-            value = reference[at / 4u][at % 4u] + product(0u, at) / max(total, 1e-30);
-        } else if entry >= TILE_VARIANCE {
-            value = rows[BLOCKS * 4u][entry - TILE_VARIANCE] / max(total, 1e-30);
-        }
-        moments[start + entry] = value;
+    if lane < TILE_STRIDE {
+        moments[(tile.y * frame.tiles.x + tile.x) * TILE_STRIDE + lane] = tile_quad(lane);
     }
+}
+
+// What is written of a tile (layout: include/features).
+fn tile_quad(quad: u32) -> vec4<f32> {
+    let total = max(product(0u, 0u), 1e-30);
+    if quad == 0u {
+        return vec4(product(0u, 0u), rows[BLOCKS * 4u].xyz / total);
+    }
+    var values = vec4(0.0);
+    for (var i = 0u; i < 4u; i++) {
+        let entry = 4u * quad + i;
+        if entry >= TILE_SQUARES && entry < TILE_SQUARES + SQUARES {
+            let ij = square_entry(entry - TILE_SQUARES) + 1u;
+            values[i] = product(ij.x, ij.y) - product(0u, ij.x) * product(0u, ij.y) / total;
+        } else if entry < TILE_MEAN + COLUMNS {
+            let at = entry - TILE_MEAN + 1u;
+            values[i] = reference[at / 4u][at % 4u] + product(0u, at) / total;
+        }
+    }
+    return values;
 }
 
 // Leaves the rows of all blocks in `rows`, one after the other, and then the noises.

@@ -130,7 +130,7 @@ fn columns_match_the_wgsl() {
             ("FEATURES", columns.features),
             ("COLUMNS", columns.columns()),
             ("SQUARES", columns.squares()),
-            ("TILE_STRIDE", columns.tile_stride()),
+            ("TILE_STRIDE", columns.tile_stride() / 4),
             ("MODEL_STRIDE", layout::MODEL_STRIDE / 4),
         ];
         for (name, value) in expected.iter().chain(others) {

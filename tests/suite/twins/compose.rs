@@ -98,14 +98,24 @@ fn check(signal: Signal, with_albedo: bool) {
         let pixel = DVec2::new((i % width) as f64, (i / width) as f64);
         position_of(&u, &u.current, pixel, surfaces[i].depth)
     };
-    let related =
-        |i: usize, t: usize| same_surface(&surfaces[i], &surfaces[t], position(t) - position(i)) && counts(t);
+    // Pixels of one row or column, by the surface of the earlier one.
+    let linked = |i: usize, t: usize| {
+        let (earlier, later) = (i.min(t), i.max(t));
+        let offset = position(later) - position(earlier);
+        let is_hit = !surfaces[earlier].is_miss();
+        i == t || is_hit && same_surface(&surfaces[earlier], &surfaces[later], offset)
+    };
+    // Rows of what goes with their middle, which goes with that of all.
     let around = |i: usize, radius: usize| -> Vec<usize> {
         let (x, y) = (i % width, i / width);
         let rows = y.saturating_sub(radius)..(y + radius + 1).min(height);
         let columns = x.saturating_sub(radius)..(x + radius + 1).min(width);
-        let taps = rows.flat_map(|ty| columns.clone().map(move |tx| ty * width + tx));
-        taps.filter(|&t| related(i, t)).collect()
+        let middles = rows.map(|ty| ty * width + x).filter(|&middle| linked(i, middle));
+        let of_row = |middle: usize| {
+            let row = columns.clone().map(move |tx| middle - x + tx);
+            row.filter(|&t| linked(middle, t)).collect::<Vec<_>>()
+        };
+        middles.flat_map(of_row).filter(|&t| counts(t)).collect()
     };
     // The pass holds what it smooths as half floats.
     let half = |v: f64| f64::from(half::f16::from_f64(v));
@@ -148,9 +158,10 @@ fn check(signal: Signal, with_albedo: bool) {
         } else {
             0.0
         };
-        let of_mean = |t: &usize| prediction[*t].error_of_mean(noise[*t].variance, history[*t][3]);
+        let rounded = |variance: f64| half(variance.sqrt()).powi(2);
+        let of_mean = |t: &usize| rounded(prediction[*t].error_of_mean(noise[*t].variance, history[*t][3]));
         let variance = pool.iter().map(of_mean).sum::<f64>();
-        let found = pool.iter().map(|&t| noise[t].found()).sum::<f64>();
+        let found = pool.iter().map(|&t| rounded(noise[t].found())).sum::<f64>();
         let variance = if is_specular { found } else { variance.max(found) };
         let share = if !prediction[i].is_known() {
             1.0 // the temporal mean is all there is

@@ -131,18 +131,26 @@ impl<const N: usize> Tile<N> {
     pub fn flat(&self) -> Vec<f64> {
         let moments = Moments::of(&self.rows);
         let noises = self.noises.map(|noise| if moments.weight > 0.0 { noise } else { 0.0 });
-        [&[moments.weight], &noises[..], &moments.mean, &moments.triangle()].concat()
+        [&[moments.weight], &noises[..], &fours(&moments.mean), &fours(&moments.triangle())].concat()
     }
+}
+
+/// With zeros up to a whole group of four.
+fn fours(values: &[f64]) -> Vec<f64> {
+    let mut filled = values.to_vec();
+    filled.resize(values.len().next_multiple_of(4), 0.0);
+    filled
 }
 
 /// Squares of flat tiles of N columns over what they can be at most by Cauchy and Schwarz, as `expected` has it: f32's rounding
 /// is relative to the terms that a square is summed from, not to the square. A column that hardly varies has the rounding of
 /// its values.
 pub fn correlations<const N: usize>(tiles: &[f64], expected: &[f64]) -> Vec<f64> {
-    let stride = 4 + N + N * (N + 1) / 2;
+    let first = 4 + N.next_multiple_of(4);
+    let stride = first + (N * (N + 1) / 2).next_multiple_of(4);
     let mut scaled = tiles.to_vec();
     for (tile, expected) in scaled.chunks_mut(stride).zip(expected.chunks(stride)) {
-        let row = |i: usize| 4 + N + i * N - i * (i + 1) / 2;
+        let row = |i: usize| first + i * N - i * (i + 1) / 2;
         let rounding = |i: usize| 1e-4 * expected[0].sqrt() * expected[4 + i].abs().max(1.0);
         let root = |i: usize| expected[row(i) + i].max(0.0).sqrt().max(rounding(i));
         for (i, j) in (0..N).flat_map(|i| (i..N).map(move |j| (i, j))) {

@@ -63,7 +63,7 @@ fn tap(u: &FrameUniforms, texel: DVec2, origin: &Origin, previous: &Previous) ->
     let belongs = !tap.is_miss()
         && tap.id == origin.surface.id
         && tap.normal.dot(origin.surface.normal) > 0.8
-        && tap.normal.dot(offset).abs() < origin.tolerance
+        && origin.surface.normal.dot(offset).abs() < origin.tolerance
         && origin
             .nearness
             .is_none_or(|nearness| tap.cue == 0.0 || (nearness - tap.cue).abs() <= 0.01 + tap.roughness);
@@ -105,7 +105,8 @@ pub fn fetch(u: &FrameUniforms, origin: &Origin, previous: &Previous) -> ([f64; 
         let mut sharp = Some([0.0; 6]);
         for (y, wy) in (-1..).zip(cubic(f.y)) {
             for (x, wx) in (-1..).zip(cubic(f.x)) {
-                if wx * wy == 0.0 {
+                let is_corner = [-1, 2].contains(&x) && [-1, 2].contains(&y);
+                if wx * wy == 0.0 || is_corner {
                     continue;
                 }
                 let at = base + DVec2::new(x.into(), y.into());
@@ -117,6 +118,8 @@ pub fn fetch(u: &FrameUniforms, origin: &Origin, previous: &Previous) -> ([f64; 
                 });
             }
         }
+        let outer = [f.x, f.y].map(|f| cubic(f)[0] + cubic(f)[3]);
+        let sharp = sharp.map(|sum| sum.map(|value| value / (1.0 - outer[0] * outer[1])));
         if let Some(sharp) = sharp {
             let inner = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(x, y)| {
                 let at = base + DVec2::new(x, y);
