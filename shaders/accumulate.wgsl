@@ -207,7 +207,10 @@ fn relight(pixel: vec2<u32>, z: Regressors) -> Relit {
         if head[HEAD_SAMPLES] > 0.0 {
             let sides = select(1.0 - f, f, step == vec2(1));
             let weight = sides.x * sides.y;
-            sum += weight * vec4(predicted_change(start, z), 1.0);
+            sum.w += weight;
+            if head[HEAD_SIGNIFICANCE] > 0.0 {
+                sum += weight * vec4(predicted_change(start, z), 0.0);
+            }
             spread += weight * sqrt(head[HEAD_SAMPLES] * head[HEAD_VARIANCE]);
         }
     }

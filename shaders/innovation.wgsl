@@ -100,7 +100,7 @@ fn significant_share(samples: f32, weight: f32) -> f32 {
 
 fn write_model(start: u32, samples: f32, lane: u32) {
     if lane == 0u {
-        innovations[start] = vec4(samples, means[TILE_VARIANCE], 0.0, 0.0);
+        innovations[start] = vec4(samples, means[TILE_VARIANCE], significance, 0.0);
     }
     if lane < CHANNELS * MODEL_ROW {
         innovations[start + 1u + lane] = significance * model_part(lane / MODEL_ROW, lane % MODEL_ROW);

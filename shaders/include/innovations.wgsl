@@ -5,10 +5,11 @@
 const INNOVATION_OWN_FEATURES = 0u;
 const INNOVATION_TILES = 2u; // from one centre to the next
 
-// The head of a model (include/linear_model): samples in its window; variance of one of them. What the model says is shrunk by
-// its significance already.
+// The head of a model (include/linear_model): samples in its window; variance of one of them; its significance, by which what the
+// model says is shrunk already. It is 0 nearly everywhere while light is steady.
 const HEAD_SAMPLES = 0u;
 const HEAD_VARIANCE = 1u;
+const HEAD_SIGNIFICANCE = 2u;
 
 // Centres of the innovation, the first of which is the first of the tiles.
 fn innovation_centres(tiles: vec2<u32>) -> vec2<u32> {

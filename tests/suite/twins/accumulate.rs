@@ -102,7 +102,8 @@ fn relight(
         let [samples, variance] = [floats[0], floats[1]].map(f64::from);
         if weight > 0.0 && samples > 0.0 {
             let model = Model::<N>::stored(floats);
-            let value = model.value(&z);
+            // What is not significant says nothing.
+            let value = if floats[2] > 0.0 { model.value(&z) } else { [0.0; 3] };
             total += weight;
             (0..3).for_each(|c| change[c] += weight * value[c]);
             spread += weight * (samples * variance).sqrt();
@@ -154,6 +155,7 @@ fn random_models(random: &mut StdRng, u: &FrameUniforms) -> Vec<f32> {
         let mut model: Vec<f32> = (0..MODEL_STRIDE).map(|_| random.random_range(-0.05..0.05)).collect();
         model[0] = if random.random_bool(0.2) { 0.0 } else { random.random_range(1.0..600.0) };
         model[1] = if random.random_bool(0.2) { 0.0 } else { random.random_range(0.0..2.0) };
+        model[2] = if model[2] < -0.02 { 0.0 } else { 1.0 };
         let change = random.random_range(-1.0..1.0_f32).powi(3);
         (0..3).for_each(|c| model[HEAD + ROW * c] = change);
         model
