@@ -172,13 +172,21 @@ fn link_cell(place: vec2<i32>, corner: vec2<i32>) {
         if all(at < vec2(SIDE)) {
             let other = unpack_surface(surfaces[cell_at(at)]);
             let distance = elevation_of(along, vec2<f32>(corner + at), other.depth) - level;
-            found |= select(0u, RIGHT << i, same_surface(own, other, distance));
+            found |= select(0u, RIGHT << i, is_link(own, other, distance));
         }
     }
     links[cell] = found;
 }
 
-// Cells that lie `step` cells before and after are linked by the bit of the earlier one.
+// Wider than `continues`: two links must hold where the middle of all would be compared once.
+const LINK_COSINE = 0.8;
+
+fn is_link(a: Surface, b: Surface, distance: f32) -> bool {
+    let is_alike = dot(a.normal, b.normal) > LINK_COSINE && abs(distance) < PLANE_DISTANCE * a.depth;
+    return !is_miss(b) && a.id == b.id && is_alike;
+}
+
+// Two cells are linked by a bit of the earlier one.
 fn is_linked(earlier: i32, bit: u32) -> bool {
     return (links[earlier] & bit) != 0u;
 }

@@ -1,7 +1,7 @@
 // fit: one linear model per listed centre, with the window that its own error chooses.
 //
 // Windows are nested: a cross of five tiles, 3x3, 5x5. What each adds, a ring, first tests the model of the window inside it,
-// then joins.
+// then joins. Where Mallows' Cp chooses, there are two, the least and the widest.
 //
 // Reads   moments, centre_list, levels.
 // Writes  models, windows, coverage (layout: include/models)
@@ -45,35 +45,36 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
     let widest = select(frame.widest_window, WIDEST_WINDOW, is_base);
     load_window(place, WINDOW_TILES[widest], lane);
 
+    let by_ring = has(frame, FLAG_RING_ERROR);
     let places = square_quad(lane);
     var squares = vec4(0.0);
     var error = 0.0;  // of the innermost model, then of each model on the ring about its window
     var tested = 0.0; // weight of what they were tested on
-    var tiles = 0u;   // with samples
     var least = 1e38;
-    var chosen = 1u;
-    for (var size = 1u; size <= widest; size++) {
-        if size > 1u && has(frame, FLAG_RING_ERROR) {
-            error += ring_error(size, places, lane);
-            tested += window_weight(WINDOW_TILES[size - 1u], WINDOW_TILES[size]);
+    var chosen = widest;
+    var inside = 0u; // the window that the next one is about
+    var size = select(frame.least_window, 1u, by_ring);
+    loop {
+        let ring = vec2(WINDOW_TILES[inside], WINDOW_TILES[size]); // the first of its tiles, and that after the last
+        if by_ring && inside > 0u {
+            error += ring_error(ring, places, lane);
+            tested += window_weight(ring.x, ring.y);
         }
         if lane < SQUARE_QUADS {
-            squares += window_squares(lane, places, WINDOW_TILES[size - 1u], WINDOW_TILES[size]);
+            squares += window_squares(lane, places, ring.x, ring.y);
         }
-        join_ring(size, lane);
-        tiles += sampled_tiles(size);
+        if lane < TILE_SQUARES {
+            sums[lane] = select(sums[lane], 0.0, inside == 0u) + window_moment(lane, ring.x, ring.y);
+        }
         workgroupBarrier();
-        if size < frame.least_window && !has(frame, FLAG_RING_ERROR) {
-            continue;
-        }
         let residual = solve(size, squares, places, lane);
-        var risk = mallows_cp(residual, tiles);
-        if size == 1u {
-            // No model is inside the first window to be tested by it, so it is judged by Cp.
-            tested = sums[TILE_WEIGHT];
-            error = risk * tested;
-        }
-        if has(frame, FLAG_RING_ERROR) {
+        var risk = mallows_cp(residual, size);
+        if by_ring {
+            if inside == 0u {
+                // No model is inside the first window to be tested by it, so it is judged by Cp.
+                tested = sums[TILE_WEIGHT];
+                error = risk * tested;
+            }
             risk = error / max(tested, 1e-30);
         }
         // A window without samples has shown nothing. The widest has some: `centres` lists no others.
@@ -86,6 +87,12 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
             write_model(centre * MODEL_STRIDE, residual, risk, lane);
         }
         workgroupBarrier();
+        if size == widest {
+            break;
+        }
+        inside = size;
+        // Cp has two windows to choose from: with those between, a frame takes longer and is no better.
+        size = select(widest, size + 1u, by_ring);
     }
     if lane == 0u {
         windows[centre] = select(chosen, widest, is_base);
@@ -96,37 +103,19 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
     }
 }
 
-fn join_ring(size: u32, lane: u32) {
-    let begin = WINDOW_TILES[size - 1u];
-    let end = WINDOW_TILES[size];
-    if lane < TILE_SQUARES {
-        sums[lane] = select(sums[lane], 0.0, size == 1u) + window_moment(lane, begin, end);
-    }
-}
-
-fn sampled_tiles(size: u32) -> u32 {
-    var count = 0u;
-    for (var t = WINDOW_TILES[size - 1u]; t < WINDOW_TILES[size]; t++) {
-        count += select(0u, 1u, window_factors[t] > 0.0);
-    }
-    return count;
-}
-
 // Squared error, summed over the ring about a window, of the model that knows the window inside it only: exactly what predicting
 // pixel by pixel would find. The error is a linear form of the columns, so its square needs first and second moments only.
-fn ring_error(size: u32, places: SquareQuad, lane: u32) -> f32 {
-    let begin = WINDOW_TILES[size - 1u];
-    let end = WINDOW_TILES[size];
+fn ring_error(tiles: vec2<u32>, places: SquareQuad, lane: u32) -> f32 {
     var sum = vec2(0.0); // squares, the form of the sums
     if lane < SQUARE_QUADS {
-        let ring = window_squares(lane, places, begin, end);
+        let ring = window_squares(lane, places, tiles.x, tiles.y);
         for (var i = 0u; i < 4u && 4u * lane + i < SQUARES; i++) {
             let at = vec2(places.rows[i], places.columns[i]);
             sum.x += select(2.0, 1.0, at.x == at.y) * form[at.x] * form[at.y] * ring[i];
         }
     }
     if lane < COLUMNS {
-        sum.y = form[lane] * window_moment(TILE_MEAN + lane, begin, end);
+        sum.y = form[lane] * window_moment(TILE_MEAN + lane, tiles.x, tiles.y);
     }
     let ring = workgroup_sum(sum, lane);
     var mean = 0.0;
@@ -134,7 +123,7 @@ fn ring_error(size: u32, places: SquareQuad, lane: u32) -> f32 {
         mean += form[i] * sums[TILE_MEAN + i];
     }
     mean /= max(sums[TILE_WEIGHT], 1e-30);
-    let error = max(ring.x + mean * (window_weight(begin, end) * mean - 2.0 * ring.y), 0.0);
+    let error = max(ring.x + mean * (window_weight(tiles.x, tiles.y) * mean - 2.0 * ring.y), 0.0);
     workgroupBarrier(); // all have read the sums, which the ring now joins
     return error;
 }
@@ -195,11 +184,19 @@ fn workgroup_sum(value: vec2<f32>, lane: u32) -> vec2<f32> {
 }
 
 // Mean squared error on the window, with what fitting has made it too small by.
-fn mallows_cp(residual: f32, tiles: u32) -> f32 {
-    let pixels = f32(TILE * TILE * tiles);
+fn mallows_cp(residual: f32, size: u32) -> f32 {
+    let pixels = f32(TILE * TILE * sampled_tiles(size));
     let parameters = f32(FEATURES + 1u);
     return residual / max(sums[TILE_WEIGHT], 1e-30)
         + 2.0 * parameters * noise_mean(TILE_FOUND) / max(pixels, 1.0);
+}
+
+fn sampled_tiles(size: u32) -> u32 {
+    var count = 0u;
+    for (var t = 0u; t < WINDOW_TILES[size]; t++) {
+        count += select(0u, 1u, window_factors[t] > 0.0);
+    }
+    return count;
 }
 
 // Variance of one sample over its squared mean.

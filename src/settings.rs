@@ -7,7 +7,7 @@ use crate::{Conventions, FrameError};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Windows {
-    /// The one with the least Mallows' Cp: the fit's own error and what fitting has made it too small by.
+    /// Of the two largest, the one with the least Mallows' Cp: the fit's own error and what fitting has made it too small by.
     #[default]
     MallowsCp,
     /// The one whose growth was predicted with the least error: each ring of tiles tests the model of the window inside it.

@@ -45,10 +45,9 @@ fn ridge_solve(weight: f32, lane: u32) {
         if j >= k + 2u && j < COLUMNS {
             let right = pivot_inverse(k) * vec2(ridge_system[k][j], ridge_system[k + 1u][j]);
             for (var i = first; i <= min(j, FEATURES - 1u); i += ROW_STEP) {
-                if i < k {
-                    ridge_system[i][j] -= dot(vec2(ridge_system[i][k], ridge_system[i][k + 1u]), right);
-                } else if i >= k + 2u {
-                    ridge_system[i][j] -= dot(vec2(ridge_system[k][i], ridge_system[k + 1u][i]), right);
+                if i != k && i != k + 1u {
+                    let left = vec2(ridge_entry(i, k), ridge_entry(i, k + 1u));
+                    ridge_system[i][j] -= dot(left, right);
                 }
             }
         }
@@ -79,6 +78,11 @@ fn ridge_square(i: u32, j: u32) -> f32 {
 fn ridge_of(feature: u32, weight: f32) -> f32 {
     let scale = ridge_scales[feature];
     return RIDGE * weight / (scale * scale) + ridge_priors[feature];
+}
+
+// The upper triangle stands for both.
+fn ridge_entry(i: u32, j: u32) -> f32 {
+    return ridge_system[min(i, j)][max(i, j)];
 }
 
 // Inverse of the 2x2 block on the diagonal at row k.

@@ -5,9 +5,10 @@
 
 const_assert LANES >= MOST_TILES && LANES >= TILE_SQUARES && LANES >= SQUARE_QUADS;
 
-// Heads of the tiles, with weights divided by variance; means about the origin, times the root of the weight.
-var<workgroup> window_heads: array<vec4<f32>, MOST_TILES>;
-var<workgroup> window_means: array<vec4<f32>, MOST_TILES * MEAN_QUADS>;
+const WINDOW_QUADS = 1u + MEAN_QUADS;
+
+// Of each tile its weight, divided by variance, and its noises, times that; then means about the origin, times its root.
+var<workgroup> window: array<array<vec4<f32>, WINDOW_QUADS>, MOST_TILES>;
 var<workgroup> window_factors: array<f32, MOST_TILES>; // what their weights were multiplied by
 var<workgroup> window_tiles: array<u32, MOST_TILES>;   // where they are in memory
 var<workgroup> origin: array<vec4<f32>, MEAN_QUADS>;
@@ -23,13 +24,13 @@ fn load_window(centre: vec2<u32>, count: u32, lane: u32) -> f32 {
         own = moments[start];
         own[TILE_WEIGHT] = select(0.0, own[TILE_WEIGHT], inside);
         window_tiles[lane] = start;
-        window_heads[lane] = own;
+        window[lane][0] = own;
     }
     workgroupBarrier();
     var samples = 0.0;
     var variance = 0.0;
     for (var t = 0u; t < count; t++) {
-        let head = window_heads[t];
+        let head = window[t][0];
         samples += head[TILE_WEIGHT];
         variance += head[TILE_WEIGHT] * head[TILE_VARIANCE];
     }
@@ -38,8 +39,9 @@ fn load_window(centre: vec2<u32>, count: u32, lane: u32) -> f32 {
         // Inverse-variance weighting by tiles.
         let noise = own[TILE_VARIANCE] * samples / max(variance, 1e-30);
         let factor = select(0.0, variance_factor(noise), own[TILE_WEIGHT] > 0.0);
+        let weight = factor * own[TILE_WEIGHT];
         window_factors[lane] = factor;
-        window_heads[lane][TILE_WEIGHT] = factor * own[TILE_WEIGHT];
+        window[lane][0] = weight * vec4(1.0, own.yzw);
     }
     workgroupBarrier();
     if lane < MEAN_QUADS {
@@ -48,7 +50,7 @@ fn load_window(centre: vec2<u32>, count: u32, lane: u32) -> f32 {
         let end = select(count, near, window_weight(0u, near) > 0.0);
         var sum = vec4(0.0);
         for (var t = 0u; t < end; t++) {
-            sum += window_heads[t][TILE_WEIGHT] * moments[window_tiles[t] + 1u + lane];
+            sum += window[t][0][TILE_WEIGHT] * moments[window_tiles[t] + 1u + lane];
         }
         origin[lane] = sum / max(window_weight(0u, end), 1e-30);
     }
@@ -57,7 +59,7 @@ fn load_window(centre: vec2<u32>, count: u32, lane: u32) -> f32 {
         let tile = i / MEAN_QUADS;
         let quad = i % MEAN_QUADS;
         let mean = moments[window_tiles[tile] + 1u + quad];
-        window_means[i] = sqrt(window_heads[tile][TILE_WEIGHT]) * (mean - origin[quad]);
+        window[tile][1u + quad] = sqrt(window[tile][0][TILE_WEIGHT]) * (mean - origin[quad]);
     }
     workgroupBarrier();
     return samples;
@@ -71,25 +73,20 @@ fn origin_of(column: u32) -> f32 {
 fn window_weight(begin: u32, end: u32) -> f32 {
     var sum = 0.0;
     for (var t = begin; t < end; t++) {
-        sum += window_heads[t][TILE_WEIGHT];
+        sum += window[t][0][TILE_WEIGHT];
     }
     return sum;
 }
 
 fn window_mean(tile: u32, column: u32) -> f32 {
-    return window_means[tile * MEAN_QUADS + column / 4u][column % 4u];
+    return window[tile][1u + column / 4u][column % 4u];
 }
 
 // Weighted sum of one of the tiles' entries (of the weight: the weight; of a mean: about the origin) over some of the tiles.
 fn window_moment(entry: u32, begin: u32, end: u32) -> f32 {
     var sum = 0.0;
     for (var t = begin; t < end; t++) {
-        let weight = window_heads[t][TILE_WEIGHT];
-        if entry >= TILE_MEAN {
-            sum += sqrt(weight) * window_mean(t, entry - TILE_MEAN);
-        } else {
-            sum += weight * select(window_heads[t][entry], 1.0, entry == TILE_WEIGHT);
-        }
+        sum += window[t][entry / 4u][entry % 4u] * select(1.0, sqrt(window[t][0][TILE_WEIGHT]), entry >= TILE_MEAN);
     }
     return sum;
 }

@@ -121,9 +121,7 @@ impl FrameUniforms {
         // The windows of uniform centres reach each other.
         let least = if centres == Centres::Uniform(4) { 3 } else { 1 };
         (self.least_window, self.widest_window) = match windows {
-            // A choice of more than two costs a third more of `fit` and has shown no gain.
-            Windows::MallowsCp => (least.max(widest - 1), widest.max(least)),
-            Windows::RingError => (least, widest.max(least)),
+            Windows::RingError | Windows::MallowsCp => (least, widest.max(least)),
             Windows::Fixed(size) => (size.max(least), size.max(least)),
         };
         self.levels = LEVEL_STRIDES.map(|level| match centres {

@@ -1,7 +1,7 @@
 //! `compose` against its f64 twin.
 
 use super::packed::{Noise, Prediction, quieter, random_noise, unpack_noises};
-use super::surface::{Surface, of_albedo, position_of, same_surface, towards_eye};
+use super::surface::{Surface, is_alike, of_albedo, position_of, towards_eye};
 use super::{Signal, guide, luminance, mismatches, random_history, rgb, run, uniforms, wide};
 use crate::gpu::{blank, download, gpu, upload};
 use crate::sequence::frame;
@@ -103,7 +103,7 @@ fn check(signal: Signal, with_albedo: bool) {
         let (earlier, later) = (i.min(t), i.max(t));
         let offset = position(later) - position(earlier);
         let is_hit = !surfaces[earlier].is_miss();
-        i == t || is_hit && same_surface(&surfaces[earlier], &surfaces[later], offset)
+        i == t || is_hit && is_alike(&surfaces[earlier], &surfaces[later], offset, 0.8)
     };
     // Rows of what goes with their middle, which goes with that of all.
     let around = |i: usize, radius: usize| -> Vec<usize> {

@@ -143,9 +143,14 @@ pub fn towards_eye(view: &ViewUniforms, position: DVec3) -> DVec3 {
 }
 
 pub fn same_surface(a: &Surface, b: &Surface, offset: DVec3) -> bool {
+    is_alike(a, b, offset, 0.9)
+}
+
+/// Whether both are of one object and plane, with normals whose cosine is above `cosine`.
+pub fn is_alike(a: &Surface, b: &Surface, offset: DVec3, cosine: f64) -> bool {
     !b.is_miss()
         && a.id == b.id
-        && a.normal.dot(b.normal) > 0.9
+        && a.normal.dot(b.normal) > cosine
         && a.normal.dot(offset).abs() < 0.01 * a.depth
 }
 
