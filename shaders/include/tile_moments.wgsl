@@ -21,6 +21,7 @@ var<private> own_row: Row; // of the lane's pixel
 var<workgroup> reference: Row; // of the pixel that counts most: its columns are as far from the means as any's, and no farther
 var<workgroup> heaviest: atomic<u32>; // that pixel
 var<workgroup> rows: array<vec4<f32>, TILE_PIXELS * QUADS>; // by pixel; later sums by share, block and row
+var<workgroup> sums: array<vec4<f32>, BLOCKS * 4u + 1u>; // the rows of all blocks, then the noises
 var<workgroup> weights: array<f32, TILE_PIXELS>;
 var<workgroup> noises: array<vec3<f32>, TILE_PIXELS>; // for the tile's variance, found and expected
 
@@ -60,7 +61,7 @@ fn sum_tile(tile: vec2<u32>, lane: u32) {
 fn tile_quad(quad: u32) -> vec4<f32> {
     let total = max(product(0u, 0u), 1e-30);
     if quad == 0u {
-        return vec4(product(0u, 0u), rows[BLOCKS * 4u].xyz / total);
+        return vec4(product(0u, 0u), sums[BLOCKS * 4u].xyz / total);
     }
     var values = vec4(0.0);
     for (var i = 0u; i < 4u; i++) {
@@ -76,28 +77,28 @@ fn tile_quad(quad: u32) -> vec4<f32> {
     return values;
 }
 
-// Leaves the rows of all blocks in `rows`, one after the other, and then the noises.
+// Leaves the rows of all blocks in `sums`.
 fn sum_blocks(lane: u32) {
-    var sums = array(vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
+    var block = array(vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
     let share = lane / BLOCKS;
     if share < SHARES {
         let quads = BLOCK_QUADS[lane % BLOCKS];
         for (var i = share; i < TILE_PIXELS; i += SHARES) {
             let a = rows[i * QUADS + quads.x];
             let b = rows[i * QUADS + quads.y];
-            sums[0] += a.x * b;
-            sums[1] += a.y * b;
-            sums[2] += a.z * b;
-            sums[3] += a.w * b;
+            block[0] += a.x * b;
+            block[1] += a.y * b;
+            block[2] += a.z * b;
+            block[3] += a.w * b;
         }
     } else {
         for (var i = lane - SHARES * BLOCKS; i < TILE_PIXELS; i += TILE_PIXELS - SHARES * BLOCKS) {
-            sums[0] += vec4(weights[i] * noises[i], 0.0);
+            block[0] += vec4(weights[i] * noises[i], 0.0);
         }
     }
     workgroupBarrier(); // all have read the rows that are now replaced
     for (var row = 0u; row < 4u; row++) {
-        rows[lane * 4u + row] = sums[row];
+        rows[lane * 4u + row] = block[row];
     }
     workgroupBarrier();
     var whole = vec4(0.0);
@@ -110,9 +111,8 @@ fn sum_blocks(lane: u32) {
             whole += rows[i * 4u];
         }
     }
-    workgroupBarrier();
     if lane <= BLOCKS * 4u {
-        rows[lane] = whole;
+        sums[lane] = whole;
     }
     workgroupBarrier();
 }
@@ -121,5 +121,5 @@ fn sum_blocks(lane: u32) {
 fn product(i: u32, j: u32) -> f32 {
     let a = i / 4u;
     let block = a * QUADS - a * (a + 1u) / 2u + j / 4u;
-    return rows[block * 4u + i % 4u][j % 4u];
+    return sums[block * 4u + i % 4u][j % 4u];
 }
