@@ -7,7 +7,8 @@ use crate::{Conventions, FrameError};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Windows {
-    /// Of the two largest, the one with the least Mallows' Cp: the fit's own error and what fitting has made it too small by.
+    /// Of the least and the widest, the one with the lower Mallows' Cp: the fit's own error and what fitting has made it too small
+    /// by.
     #[default]
     MallowsCp,
     /// The one whose growth was predicted with the least error: each ring of tiles tests the model of the window inside it.

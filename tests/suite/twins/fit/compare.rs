@@ -66,12 +66,17 @@ fn compare(
 fn every_window_of_random_tiles_matches_its_twin() {
     let mut random = StdRng::seed_from_u64(32);
     let tiles = random_tiles(&mut random, SIZE, 16);
-    // Mallows' Cp has the two largest to choose from.
-    for (windows, least) in [(Windows::RingError, 1), (Windows::MallowsCp, 2)] {
+    // Mallows' Cp has the least and the widest to choose from.
+    for (windows, sizes) in [(Windows::RingError, &[1, 2, 3][..]), (Windows::MallowsCp, &[1, 3])] {
         let (difference, chosen) = compare(&tiles, &tiles, windows, Centres::Uniform(1));
         assert_eq!(difference, NONE, "{windows:?}");
         // All of them are chosen somewhere, so all are tested.
-        assert!(chosen[least..].iter().all(|&count| count >= 2), "{windows:?}: {chosen:?}");
+        assert!(sizes.iter().all(|&size| chosen[size] >= 2), "{windows:?}: {chosen:?}");
+        assert_eq!(
+            sizes.iter().map(|&size| chosen[size]).sum::<usize>(),
+            chosen[1..].iter().sum(),
+            "{windows:?}"
+        );
         assert_eq!(compare(&tiles, &tiles, windows, Centres::Adaptive).0, NONE, "{windows:?}, adaptive");
     }
     for size in 1..=3 {
