@@ -108,11 +108,7 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
 fn ring_error(tiles: vec2<u32>, places: SquareQuad, lane: u32) -> f32 {
     var sum = vec2(0.0); // squares, the form of the sums
     if lane < SQUARE_QUADS {
-        let ring = window_squares(lane, places, tiles.x, tiles.y);
-        for (var i = 0u; i < 4u && 4u * lane + i < SQUARES; i++) {
-            let at = vec2(places.rows[i], places.columns[i]);
-            sum.x += select(2.0, 1.0, at.x == at.y) * form[at.x] * form[at.y] * ring[i];
-        }
+        sum.x = form_square(window_squares(lane, places, tiles.x, tiles.y), places, lane);
     }
     if lane < COLUMNS {
         sum.y = form[lane] * window_moment(TILE_MEAN + lane, tiles.x, tiles.y);
@@ -149,20 +145,25 @@ fn solve(size: u32, squares: vec4<f32>, places: SquareQuad, lane: u32) -> f32 {
     }
     workgroupBarrier();
     ridge_solve(weight, lane);
-    // With slopes b, products c, squares A and ridge R: y'y - 2 b'c + b'A b, where (A + R) b = c.
     if lane < FEATURES {
-        let slope = luminance_slope(lane);
-        form[lane] = -slope;
-        partial[lane].x = slope * (luminance_product(lane) + ridge_of(lane, weight) * slope);
+        form[lane] = -luminance_slope(lane);
     } else if lane < COLUMNS {
         form[lane] = LUMINANCE[lane - FEATURES];
     }
     workgroupBarrier();
-    var residual = luminance_square();
-    for (var i = 0u; i < FEATURES; i++) {
-        residual -= partial[i].x;
+    let own = form_square(ridge_squares[min(lane, SQUARE_QUADS - 1u)], places, lane);
+    return max(workgroup_sum(vec2(own, 0.0), lane).x, 0.0);
+}
+
+// What a lane's squares add to the square of the form: twice off the diagonal.
+fn form_square(values: vec4<f32>, places: SquareQuad, lane: u32) -> f32 {
+    var sum = 0.0;
+    for (var i = 0u; i < 4u; i++) {
+        let at = vec2(places.rows[i], places.columns[i]);
+        let times = select(select(2.0, 1.0, at.x == at.y), 0.0, 4u * lane + i >= SQUARES);
+        sum += times * form[at.x] * form[at.y] * values[i];
     }
-    return max(residual, 0.0);
+    return sum;
 }
 
 fn column_mean(column: u32) -> f32 {

@@ -98,6 +98,25 @@ fn significant_share(samples: f32, weight: f32) -> f32 {
     return max(1.0 - doubt * doubt, 0.0);
 }
 
+// In luminance: what the system has on its right side, and the square that is to be explained.
+fn luminance_product(feature: u32) -> f32 {
+    var sum = 0.0;
+    for (var c = 0u; c < CHANNELS; c++) {
+        sum += LUMINANCE[c] * ridge_square(feature, FEATURES + c);
+    }
+    return sum;
+}
+
+fn luminance_square() -> f32 {
+    var sum = 0.0;
+    for (var c = 0u; c < CHANNELS; c++) {
+        for (var d = 0u; d < CHANNELS; d++) {
+            sum += LUMINANCE[c] * LUMINANCE[d] * ridge_square(FEATURES + min(c, d), FEATURES + max(c, d));
+        }
+    }
+    return sum;
+}
+
 fn write_model(start: u32, samples: f32, lane: u32) {
     if lane == 0u {
         innovations[start] = vec4(samples, means[TILE_VARIANCE], significance, 0.0);

@@ -74,12 +74,6 @@ fn ridge_square(i: u32, j: u32) -> f32 {
     return ridge_squares[entry / 4u][entry % 4u];
 }
 
-// Of a feature, in its own units.
-fn ridge_of(feature: u32, weight: f32) -> f32 {
-    let scale = ridge_scales[feature];
-    return RIDGE * weight / (scale * scale) + ridge_priors[feature];
-}
-
 // The upper triangle stands for both.
 fn ridge_entry(i: u32, j: u32) -> f32 {
     return ridge_system[min(i, j)][max(i, j)];
@@ -98,27 +92,8 @@ fn remainder(k: u32, channel: u32, last_slope: f32) -> f32 {
     return ridge_system[k][FEATURES + channel] - ridge_system[k][FEATURES - 1u] * last_slope;
 }
 
-// In luminance: the slope that was found, what the system has on its right side, and the square that is to be explained.
 fn luminance_slope(feature: u32) -> f32 {
     return dot(LUMINANCE, vec3(ridge_slopes[feature][0], ridge_slopes[feature][1], ridge_slopes[feature][2]));
-}
-
-fn luminance_product(feature: u32) -> f32 {
-    var sum = 0.0;
-    for (var c = 0u; c < CHANNELS; c++) {
-        sum += LUMINANCE[c] * ridge_square(feature, FEATURES + c);
-    }
-    return sum;
-}
-
-fn luminance_square() -> f32 {
-    var sum = 0.0;
-    for (var c = 0u; c < CHANNELS; c++) {
-        for (var d = 0u; d < CHANNELS; d++) {
-            sum += LUMINANCE[c] * LUMINANCE[d] * ridge_square(FEATURES + min(c, d), FEATURES + max(c, d));
-        }
-    }
-    return sum;
 }
 
 // A third of a channel's row of the model (include/linear_model) through the columns' means, which a pass tells by

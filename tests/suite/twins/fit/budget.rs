@@ -207,6 +207,7 @@ fn kept_models_move_along_with_the_camera() {
         u.set_cameras(&cameras[1], previous, u.size);
         // So that all tiles have to do with what they have, and not with what others cover.
         u.levels.iter_mut().skip(1).for_each(|level| level.covered = COVERAGE_ONE);
+        u.widest_window = 2; // narrower than the coarsest models', which then cover nothing
         let found = limited(&u, 0, &now, &models, &kept);
         let aged = ages(&found);
         let error = |&(tile, _): &(usize, u32)| {
