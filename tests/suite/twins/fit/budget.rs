@@ -114,8 +114,8 @@ fn models_go_where_the_image_is_complicated() {
 }
 
 /// A model of each tile's own, as dense centres fit it; and the entries of `kept` for the frame after.
-fn dense(tiles: &[Tile<N>], age: u32) -> (Vec<f32>, Vec<u32>) {
-    let found = run_fit(tiles, SIZE, Windows::MallowsCp, Centres::Uniform(1));
+fn dense(tiles: &[Tile<N>], windows: Windows, age: u32) -> (Vec<f32>, Vec<u32>) {
+    let found = run_fit(tiles, SIZE, windows, Centres::Uniform(1));
     let kept = found.windows.iter().map(|window| window | age << WINDOW_BITS).collect();
     (found.models.concat(), kept)
 }
@@ -130,7 +130,7 @@ fn ages(found: &Found) -> Vec<(usize, u32)> {
 fn models_are_kept_while_they_hold_and_are_not_too_old() {
     let tiles = random_tiles(&mut StdRng::seed_from_u64(43), SIZE, 16);
     let u = uniforms();
-    let (models, kept) = dense(&tiles, 3);
+    let (models, kept) = dense(&tiles, Windows::MallowsCp, 3);
     let found = limited(&u, 0, &tiles, &models, &kept);
     let aged = ages(&found);
     assert!(aged.len() > tiles.len() / 8 && aged.iter().all(|&(_, age)| age == 4), "{aged:?}");
@@ -141,7 +141,7 @@ fn models_are_kept_while_they_hold_and_are_not_too_old() {
     }
     // Those of the last age are kept once more, then no longer.
     for (age, is_kept) in [(KEPT_FRAMES - 1, true), (KEPT_FRAMES, false)] {
-        let (models, kept) = dense(&tiles, age);
+        let (models, kept) = dense(&tiles, Windows::MallowsCp, age);
         assert_eq!(!ages(&limited(&u, 0, &tiles, &models, &kept)).is_empty(), is_kept, "{age}");
     }
     // In another light they do not hold.
@@ -200,14 +200,14 @@ fn kept_models_move_along_with_the_camera() {
         Camera { jitter_px: Vec2::new(0.3, -0.2), ..camera(eyes[0], SIZE) },
         Camera { jitter_px: Vec2::new(-0.4, 0.1), ..camera(eyes[1], SIZE) },
     ];
-    let (models, kept) = dense(&wall(&cameras[0], eyes[0], 44), 0);
+    // Of windows that leave the tiles beside them uncovered.
+    let (models, kept) = dense(&wall(&cameras[0], eyes[0], 44), Windows::Fixed(1), 0);
     let now = wall(&cameras[1], eyes[1], 45);
     let after = |previous: &Camera| {
         let mut u = uniforms();
         u.set_cameras(&cameras[1], previous, u.size);
         // So that all tiles have to do with what they have, and not with what others cover.
         u.levels.iter_mut().skip(1).for_each(|level| level.covered = COVERAGE_ONE);
-        u.widest_window = 2; // narrower than the coarsest models', which then cover nothing
         let found = limited(&u, 0, &now, &models, &kept);
         let aged = ages(&found);
         let error = |&(tile, _): &(usize, u32)| {
