@@ -300,48 +300,68 @@ fn fetch(origin: Origin) -> Fetched {
     let cubic = array(catmull_rom_weights(f.x), catmull_rom_weights(f.y));
     let normal = origin.surface.normal;
     let plane = Plane(elevation_along(frame.previous, normal), dot(normal, origin.position));
-    var sum = Fetched(vec4(0.0), Noise());
+    var plain = Fetched(vec4(0.0), Noise());
     var weight = 0.0;
-    var sharp = Sharp(vec3(0.0), vec3(0.0), vec2(HALF_MAX, 0.0), true);
-    for (var i = 0; i < 4; i++) {
-        let step = vec2(i & 1, i >> 1u);
-        let sides = select(1.0 - f, f, step == vec2(1));
-        let w = sides.x * sides.y;
+    var sharp = Fetched(vec4(0.0), Noise()); // the deviations take the same weights as the mean, whose noise they stand for
+    var range = vec2(HALF_MAX, 0.0);         // of the inner taps' luminance
+    var is_whole = any(f > vec2(0.0));       // all taps belong to the surface and have samples
+    for (var i = 0; i < INNER_TAPS || (is_whole && i < TAPS); i++) {
+        let step = tap_step(i);
+        let w = cubic_weight(cubic[0], step.x) * cubic_weight(cubic[1], step.y);
         if w == 0.0 {
             continue;
         }
-        if !tap_belongs(base + step, origin, plane) {
-            sharp.is_whole = false;
-            continue;
-        }
-        let tap = tap_at(base + step);
+        let texel = base + step;
+        let mean = textureLoad(history, texel, 0);
         // One that was never sampled has a surface but no mean.
-        if tap.history.w <= 0.0 {
-            sharp.is_whole = false;
+        if mean.w <= 0.0 || !tap_belongs(texel, origin, plane) {
+            is_whole = false;
             continue;
         }
-        sum.history += w * tap.history;
-        sum.noise.variance += w * tap.noise.variance;
-        sum.noise.deviations += w * tap.noise.deviations;
-        weight += w;
-        let inner = select(vec2(cubic[0].y, cubic[1].y), vec2(cubic[0].z, cubic[1].z), step == vec2(1));
-        add_tap(&sharp, tap, inner.x * inner.y);
-        let l = luminance(tap.history.rgb);
-        sharp.range = vec2(min(sharp.range.x, l), max(sharp.range.y, l));
+        let noise = unpack_noise(textureLoad(noise, texel, 0).x, mean.w);
+        sharp.history += w * mean;
+        sharp.noise.deviations += w * noise.deviations;
+        if i < INNER_TAPS {
+            let sides = select(1.0 - f, f, step == vec2(1));
+            let share = sides.x * sides.y;
+            plain.history += share * mean;
+            plain.noise.variance += share * noise.variance;
+            plain.noise.deviations += share * noise.deviations;
+            weight += share;
+            let l = luminance(mean.rgb);
+            range = vec2(min(range.x, l), max(range.y, l));
+        }
     }
     if weight < LEAST_WEIGHT {
         return Fetched(vec4(0.0), Noise());
     }
-    var fetched = Fetched(sum.history / weight, Noise(sum.noise.variance / weight, sum.noise.deviations / weight));
-    if sharp.is_whole && any(f > vec2(0.0)) {
-        sharpen(&fetched, sharp, base, cubic, origin, plane);
+    var fetched = Fetched(plain.history / weight, Noise(plain.noise.variance / weight, plain.noise.deviations / weight));
+    let total = 1.0 - (cubic[0].x + cubic[0].w) * (cubic[1].x + cubic[1].w);
+    // Negative lobes ring next to something bright. What is far below all taps holds no colour to brighten.
+    let l = luminance(sharp.history.rgb) / total;
+    if is_whole && l >= 0.5 * range.x {
+        let mean = max(sharp.history.rgb, vec3(0.0)) / total;
+        fetched.history = vec4(mean * (clamp(l, range.x, range.y) / max(l, 1e-30)), fetched.history.w);
+        fetched.noise.deviations = sharp.noise.deviations / total;
     }
     return fetched;
 }
 
-fn tap_at(texel: vec2<i32>) -> Fetched {
-    let mean = textureLoad(history, texel, 0);
-    return Fetched(mean, unpack_noise(textureLoad(noise, texel, 0).x, mean.w));
+const INNER_TAPS = 4;
+const TAPS = 12;
+
+// Four inner taps, then two on each side.
+fn tap_step(i: i32) -> vec2<i32> {
+    if i < INNER_TAPS {
+        return vec2(i & 1, i >> 1u);
+    }
+    let outer = vec2(3 * ((i >> 1u) & 1) - 1, i & 1);
+    return select(outer, outer.yx, i >= INNER_TAPS + 4);
+}
+
+// Of the tap at -1, 0, 1 or 2.
+fn cubic_weight(weights: vec4<f32>, at: i32) -> f32 {
+    return select(select(weights.x, weights.y, at == 0), select(weights.z, weights.w, at == 2), at > 0);
 }
 
 fn catmull_rom_weights(f: f32) -> vec4<f32> {
@@ -353,58 +373,4 @@ fn catmull_rom_weights(f: f32) -> vec4<f32> {
         -3.0 * f3 + 4.0 * f2 + f,
         f3 - f2,
     );
-}
-
-// Cubic sums.
-struct Sharp {
-    mean: vec3<f32>,
-    deviations: vec3<f32>, // take the same weights as the mean, whose noise they stand for
-    range: vec2<f32>,      // of the inner taps' luminance
-    is_whole: bool,        // all taps belong to the surface and have samples
-}
-
-fn add_tap(sharp: ptr<function, Sharp>, tap: Fetched, weight: f32) {
-    (*sharp).mean += weight * tap.history.rgb;
-    (*sharp).deviations += weight * tap.noise.deviations;
-}
-
-// Adds the outer taps, two on each side, where all belong.
-fn sharpen(
-    fetched: ptr<function, Fetched>,
-    inner: Sharp,
-    base: vec2<i32>,
-    cubic: array<vec4<f32>, 2>,
-    origin: Origin,
-    plane: Plane,
-) {
-    var sharp = inner;
-    for (var i = 0; i < 8; i++) {
-        let is_vertical = i >= 4;
-        let across = select(cubic[0], cubic[1], is_vertical);
-        let along = select(cubic[1], cubic[0], is_vertical);
-        let side = (i >> 1u) & 1;
-        let w = select(across.x, across.w, side == 1) * select(along.y, along.z, (i & 1) == 1);
-        if w == 0.0 {
-            continue;
-        }
-        let step = vec2(3 * side - 1, i & 1);
-        let texel = base + select(step, step.yx, is_vertical);
-        if !tap_belongs(texel, origin, plane) {
-            return;
-        }
-        let tap = tap_at(texel);
-        if tap.history.w <= 0.0 {
-            return;
-        }
-        add_tap(&sharp, tap, w);
-    }
-    let total = 1.0 - (cubic[0].x + cubic[0].w) * (cubic[1].x + cubic[1].w);
-    // Negative lobes ring next to something bright. What is far below all taps holds no colour to brighten.
-    let mean = max(sharp.mean, vec3(0.0)) / total;
-    let l = luminance(sharp.mean) / total;
-    if l >= 0.5 * sharp.range.x {
-        let clamped = mean * (clamp(l, sharp.range.x, sharp.range.y) / max(l, 1e-30));
-        (*fetched).history = vec4(clamped, (*fetched).history.w);
-        (*fetched).noise.deviations = sharp.deviations / total;
-    }
 }

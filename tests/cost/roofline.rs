@@ -10,8 +10,8 @@ driver's `cycles` on RDNA 2 (`by driver`), which guess how often loops run and b
 (`by work`), where all branches are taken. A kernel takes the longer of `memory` and of one of the others, by which it has a \
 least and a most, and 5 microseconds for each dispatch to drain and the next to start (`dispatches`); a frame is their sum, at \
 both sizes. Assumed: half of peak FP32, which is one operation a lane and cycle; for 64 of these, 32 words of workgroup memory \
-or of buffers, or 4 texels, as on RDNA 2 and in lack of better on others; one model for 117 pixels. Ignored: caches that hold what the next kernel reads, which would save traffic; taps that miss, which would add to it; \
-latency that too few waves hide.";
+or of buffers, or 4 texels, as on RDNA 2 and in lack of better on others; one model for 190 pixels, as in frames of 640x360. Ignored: caches that hold what the next kernel reads, which would save traffic; taps that miss, which would add to it; \
+latency that too few waves hide. Waves are of 64 lanes on AMD's, as its driver makes them, of 32 on NVIDIA's.";
 
 const BANDWIDTH_SHARE: f64 = 0.8;
 const COMPUTE_SHARE: f64 = 0.5;
@@ -20,7 +20,7 @@ const SHARED: f64 = 2.0;
 const BUFFERS: f64 = 2.0;
 const TEXELS: f64 = 16.0;
 /// Of which one gets a model of its own.
-const PIXELS_A_MODEL: f64 = 117.0;
+const PIXELS_A_MODEL: f64 = 190.0;
 const DISPATCH_MS: f64 = 0.005;
 /// Lanes of the SIMD that `cycles` are of.
 const SIMD_LANES: f64 = 32.0;
@@ -30,6 +30,8 @@ pub struct Gpu {
     pub gigabytes_a_second: f64,
     /// At boost clock; a fused multiply-add is two.
     pub teraflops: f64,
+    /// Lanes that wait for each other; those that a workgroup does not fill idle.
+    pub wave: u32,
     pub source: &'static str,
 }
 
@@ -38,12 +40,14 @@ pub const GPUS: [Gpu; 2] = [
         name: "RX 6900 XT",
         gigabytes_a_second: 512.0,
         teraflops: 23.04,
+        wave: 64,
         source: "AMD's product page: 256 bit GDDR6 at 16 Gbit/s; 80 compute units of 64 lanes at 2.25 GHz boost",
     },
     Gpu {
         name: "RTX 4080",
         gigabytes_a_second: 716.8,
         teraflops: 48.74,
+        wave: 32,
         source: "NVIDIA's Ada whitepaper: 256 bit GDDR6X at 22.4 Gbit/s; 9728 lanes at 2.505 GHz boost",
     },
 ];
@@ -92,10 +96,10 @@ pub fn times(gpu: &Gpu, kernel: &str, need: &Need, [width, height]: [u32; 2]) ->
             (cells / f64::from(need.invocations), levels)
         }
         "innovation" => (tiles / need.tiles, 1.0),
-        // A workgroup per tile.
-        _ => (tiles, 1.0),
+        // An invocation per pixel.
+        _ => (pixels / f64::from(need.invocations), 1.0),
     };
-    let invocations = workgroups * f64::from(need.invocations);
+    let invocations = workgroups * f64::from(need.invocations.next_multiple_of(gpu.wave));
     let operations_a_second = gpu.teraflops * 1e12 * COMPUTE_SHARE;
     let Work { operations, shared, buffers, texels } = need.work;
     let operations =
@@ -110,7 +114,7 @@ pub fn times(gpu: &Gpu, kernel: &str, need: &Need, [width, height]: [u32; 2]) ->
 
 #[test]
 fn a_copy_takes_as_long_as_its_bytes_at_the_assumed_bandwidth() {
-    let gpu = Gpu { name: "round", gigabytes_a_second: 100.0, teraflops: 1.0, source: "" };
+    let gpu = Gpu { name: "round", gigabytes_a_second: 100.0, teraflops: 1.0, wave: 64, source: "" };
     let need = Need {
         bytes: Bytes { read: [4.0; 2], written: [4.0; 2] },
         work: Work { operations: 10, shared: 1, buffers: 1, texels: 1 },

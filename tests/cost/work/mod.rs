@@ -22,7 +22,7 @@ long; `moving`, to which the other columns belong: history is resampled; `worst`
 models reach a tile; windows of up to 5x5 tiles.";
 
 /// Functions that no pixel calls in a still view, in a moving one, at worst.
-pub const LEFT_OUT: [&[&str]; 3] = [&["fetch_catmull_rom", "spatial_spread"], &["spatial_spread"], &[]];
+pub const LEFT_OUT: [&[&str]; 3] = [&["sharpen", "spatial_spread"], &["spatial_spread"], &[]];
 
 /// Rounds of a loop of which data decide: models that reach a tile, by windows of 24 pixels and a model for 117.
 const ASSUMED_ROUNDS: u32 = 9;
@@ -126,7 +126,12 @@ impl<'a> Walk<'a> {
                     let callee = &self.shader.module.functions[*function];
                     let left_out = callee.name.as_deref().is_some_and(|name| self.left_out.contains(&name));
                     let mut value = Lanes::UNKNOWN;
-                    if !left_out {
+                    if is_off_by_default(
+                        callee,
+                        &arguments.iter().map(|&a| call.value(a)).collect::<Vec<_>>(),
+                    ) {
+                        value = Lanes::all(0);
+                    } else if !left_out {
                         let arguments = arguments.iter().map(|&argument| call.value(argument)).collect();
                         value = self.function(callee, &self.shader.info[*function], arguments, mask);
                     }
@@ -231,6 +236,12 @@ impl<'a> Walk<'a> {
             _ => {}
         }
     }
+}
+
+/// Whether a flag is asked for that the defaults do not set, of those that decide how often a loop runs.
+fn is_off_by_default(callee: &Function, arguments: &[Lanes]) -> bool {
+    let is_ring_error = |flag: &Lanes| *flag == Lanes::all(quell::gpu::flags::RING_ERROR.into());
+    callee.name.as_deref() == Some("has") && arguments.last().is_some_and(is_ring_error)
 }
 
 fn leave(place: &mut Mask, mask: Mask) -> Mask {
