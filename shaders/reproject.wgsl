@@ -202,16 +202,16 @@ fn fetch_signal(
     }
     let frames = memory(origin.surface, position);
     let reflected = find_reflected_origin(pixel, origin, position, reflection);
+    var fetched: Fetched;
     if reflected.texel.x > OFF_SCREEN && frames < frame.max_history {
-        let fetched = fetch(reflected);
-        if fetched.history.w > 0.0 {
-            return fetched;
-        }
+        fetched = fetch(reflected);
     }
-    var of_surface = origin;
-    of_surface.nearness = nearness(ray_length(frame.previous, origin.position), reflection.hit_distance);
-    var fetched = fetch(of_surface);
-    fetched.history.w = min(fetched.history.w, frames * max(samples, 1.0));
+    if fetched.history.w <= 0.0 {
+        var of_surface = origin;
+        of_surface.nearness = nearness(ray_length(frame.previous, origin.position), reflection.hit_distance);
+        fetched = fetch(of_surface);
+        fetched.history.w = min(fetched.history.w, frames * max(samples, 1.0));
+    }
     return fetched;
 }
 
@@ -262,13 +262,8 @@ const STILL_PX = 0.5;
 // Difference of nearness by which one reflected thing is told from another in a mirror, the rounding of the code included.
 const NEARNESS_TOLERANCE = 0.01;
 
-// The tangent plane of the origin, as seen from the pixels of the previous frame.
-struct Plane {
-    along: Elevation,
-    level: f32,
-}
-
-fn tap_belongs(texel: vec2<i32>, origin: Origin, plane: Plane) -> bool {
+// `level` is how far along its normal the origin lies: one plane for all taps.
+fn tap_belongs(texel: vec2<i32>, origin: Origin, level: f32) -> bool {
     if !inside(texel, frame.previous) {
         return false;
     }
@@ -283,8 +278,9 @@ fn tap_belongs(texel: vec2<i32>, origin: Origin, plane: Plane) -> bool {
             return false;
         }
     }
-    let distance = elevation_of(plane.along, vec2<f32>(texel), tap.depth) - plane.level;
-    return dot(tap.normal, origin.surface.normal) > REPROJECTED_NORMAL_COSINE && abs(distance) < origin.tolerance;
+    let normal = origin.surface.normal;
+    let distance = dot(normal, position_of(frame.previous, vec2<f32>(texel), tap.depth)) - level;
+    return dot(tap.normal, normal) > REPROJECTED_NORMAL_COSINE && abs(distance) < origin.tolerance;
 }
 
 struct Fetched {
@@ -298,13 +294,12 @@ fn fetch(origin: Origin) -> Fetched {
     let base = vec2<i32>(floor(origin.texel));
     let f = origin.texel - floor(origin.texel);
     let cubic = array(catmull_rom_weights(f.x), catmull_rom_weights(f.y));
-    let normal = origin.surface.normal;
-    let plane = Plane(elevation_along(frame.previous, normal), dot(normal, origin.position));
+    let level = dot(origin.surface.normal, origin.position);
     var plain = Fetched(vec4(0.0), Noise());
     var weight = 0.0;
     var sharp = Fetched(vec4(0.0), Noise()); // the deviations take the same weights as the mean, whose noise they stand for
     var range = vec2(HALF_MAX, 0.0);         // of the inner taps' luminance
-    var is_whole = any(f > vec2(0.0));       // all taps belong to the surface and have samples
+    var is_whole = is_between_texels(f);     // all taps belong to the surface and have samples
     for (var i = 0; i < INNER_TAPS || (is_whole && i < TAPS); i++) {
         let step = tap_step(i);
         let w = cubic_weight(cubic[0], step.x) * cubic_weight(cubic[1], step.y);
@@ -314,7 +309,7 @@ fn fetch(origin: Origin) -> Fetched {
         let texel = base + step;
         let mean = textureLoad(history, texel, 0);
         // One that was never sampled has a surface but no mean.
-        if mean.w <= 0.0 || !tap_belongs(texel, origin, plane) {
+        if mean.w <= 0.0 || !tap_belongs(texel, origin, level) {
             is_whole = false;
             continue;
         }
@@ -332,10 +327,9 @@ fn fetch(origin: Origin) -> Fetched {
             range = vec2(min(range.x, l), max(range.y, l));
         }
     }
-    if weight < LEAST_WEIGHT {
-        return Fetched(vec4(0.0), Noise());
-    }
-    var fetched = Fetched(plain.history / weight, Noise(plain.noise.variance / weight, plain.noise.deviations / weight));
+    // 0 is no history.
+    let inverse = select(0.0, 1.0 / weight, weight >= LEAST_WEIGHT);
+    var fetched = Fetched(inverse * plain.history, Noise(inverse * plain.noise.variance, inverse * plain.noise.deviations));
     let total = 1.0 - (cubic[0].x + cubic[0].w) * (cubic[1].x + cubic[1].w);
     // Negative lobes ring next to something bright. What is far below all taps holds no colour to brighten.
     let l = luminance(sharp.history.rgb) / total;
@@ -345,6 +339,10 @@ fn fetch(origin: Origin) -> Fetched {
         fetched.noise.deviations = sharp.noise.deviations / total;
     }
     return fetched;
+}
+
+fn is_between_texels(f: vec2<f32>) -> bool {
+    return any(f > vec2(0.0));
 }
 
 const INNER_TAPS = 4;

@@ -21,8 +21,8 @@ taken. So a figure is what can happen, not what does. `operations` are on scalar
 long; `moving`, to which the other columns belong: history is resampled; `worst`: history is nearly empty too. Assumed: nine \
 models reach a tile; windows of up to 5x5 tiles.";
 
-/// Functions that no pixel calls in a still view, in a moving one, at worst.
-pub const LEFT_OUT: [&[&str]; 3] = [&["sharpen", "spatial_spread"], &["spatial_spread"], &[]];
+/// Functions that no pixel calls, or that are false for all, in a still view, in a moving one, at worst.
+pub const LEFT_OUT: [&[&str]; 3] = [&["is_between_texels", "spatial_spread"], &["spatial_spread"], &[]];
 
 /// Rounds of a loop of which data decide: models that reach a tile, by windows of 24 pixels and a model for 117.
 const ASSUMED_ROUNDS: u32 = 9;
@@ -125,7 +125,7 @@ impl<'a> Walk<'a> {
                 Statement::Call { function, arguments, result } => {
                     let callee = &self.shader.module.functions[*function];
                     let left_out = callee.name.as_deref().is_some_and(|name| self.left_out.contains(&name));
-                    let mut value = Lanes::UNKNOWN;
+                    let mut value = Lanes::all(0);
                     if is_off_by_default(
                         callee,
                         &arguments.iter().map(|&a| call.value(a)).collect::<Vec<_>>(),
