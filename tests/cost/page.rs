@@ -84,14 +84,29 @@ fn traffic_section(traffic: &[(String, Bytes)]) -> Section {
 fn work_section(shaders: &[Shader]) -> Section {
     let row = |shader: &Shader| {
         let [still, moving, worst] = LEFT_OUT.map(|left_out| work::of(shader, left_out));
-        let cells =
-            [moving.operations, moving.shared, moving.buffers, still.texels, moving.texels, worst.texels];
+        let cells = [
+            moving.operations,
+            moving.shared,
+            moving.buffers,
+            moving.barriers,
+            still.texels,
+            moving.texels,
+            worst.texels,
+        ];
         (shader.name().to_owned(), cells.map(|n| n.to_string()).to_vec())
     };
     Section {
         title: "Work".into(),
         prose: work::RULES.into(),
-        columns: vec!["operations", "shared", "buffers", "texels still", "texels moving", "texels worst"],
+        columns: vec![
+            "operations",
+            "shared",
+            "buffers",
+            "barriers",
+            "texels still",
+            "texels moving",
+            "texels worst",
+        ],
         rows: shaders.iter().map(row).collect(),
     }
 }
@@ -161,12 +176,14 @@ fn estimate(gpu: &roofline::Gpu, needs: &[(String, Need)]) -> Section {
             }
             let parts = [times[0].memory, times[0].by_driver, times[0].by_work, times[0].dispatches];
             let cells = parts.iter().chain(totals.as_flattened());
-            (name.clone(), cells.map(|ms| format!("{ms:.3}")).collect())
+            let cells = cells.map(|ms| format!("{ms:.3}")).chain([times[0].bound().to_owned()]);
+            (name.clone(), cells.collect())
         })
         .collect();
     for (name, sums) in [("frame", frame), ("split frame", split)] {
         let blank = std::iter::repeat_n(String::new(), 4);
-        rows.push((name.into(), blank.chain(sums.map(|ms| format!("{ms:.2}"))).collect()));
+        let sums = sums.map(|ms| format!("{ms:.2}"));
+        rows.push((name.into(), blank.chain(sums).chain([String::new()]).collect()));
     }
     Section {
         title: format!("{}: {}", compare::ESTIMATE_SECTION, gpu.name),
@@ -186,6 +203,7 @@ fn estimate(gpu: &roofline::Gpu, needs: &[(String, Need)]) -> Section {
             "most 1080p",
             "least 1440p",
             "most 1440p",
+            "bound by",
         ],
         rows,
     }

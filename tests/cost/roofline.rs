@@ -11,7 +11,7 @@ driver's `cycles` on RDNA 2 (`by driver`), which guess how often loops run and b
 least and a most, and 5 microseconds for each dispatch to drain and the next to start (`dispatches`); a frame is their sum, at \
 both sizes. Assumed: half of peak FP32, which is one operation a lane and cycle; for 64 of these, 32 words of workgroup memory \
 or of buffers, or 4 texels, as on RDNA 2 and in lack of better on others; one model for 190 pixels, as in frames of 640x360. Ignored: caches that hold what the next kernel reads, which would save traffic; taps that miss, which would add to it; \
-latency that too few waves hide. Waves are of 64 lanes on AMD's, as its driver makes them, of 32 on NVIDIA's.";
+latency that too few waves hide. Waves are of 64 lanes on AMD's, as its driver makes them, of 32 on NVIDIA's. `bound by` says which of these a kernel waits for.";
 
 const BANDWIDTH_SHARE: f64 = 0.8;
 const COMPUTE_SHARE: f64 = 0.5;
@@ -79,6 +79,17 @@ impl Times {
         self.memory.max(self.by_driver.min(self.by_work)) + self.dispatches
     }
 
+    /// What a kernel waits for, by both ways to tell its arithmetic, or by one.
+    pub fn bound(self) -> &'static str {
+        let [less, more] = [self.by_driver.min(self.by_work), self.by_driver.max(self.by_work)];
+        match self {
+            _ if self.dispatches >= self.memory.max(more) => "dispatches",
+            _ if self.memory >= more => "memory",
+            _ if self.memory <= less => "work",
+            _ => "memory or work",
+        }
+    }
+
     pub fn most(self) -> f64 {
         self.memory.max(self.by_driver.max(self.by_work)) + self.dispatches
     }
@@ -101,7 +112,7 @@ pub fn times(gpu: &Gpu, kernel: &str, need: &Need, [width, height]: [u32; 2]) ->
     };
     let invocations = workgroups * f64::from(need.invocations.next_multiple_of(gpu.wave));
     let operations_a_second = gpu.teraflops * 1e12 * COMPUTE_SHARE;
-    let Work { operations, shared, buffers, texels } = need.work;
+    let Work { operations, shared, buffers, texels, .. } = need.work;
     let operations =
         operations as f64 + SHARED * shared as f64 + BUFFERS * buffers as f64 + TEXELS * texels as f64;
     Times {
@@ -117,7 +128,7 @@ fn a_copy_takes_as_long_as_its_bytes_at_the_assumed_bandwidth() {
     let gpu = Gpu { name: "round", gigabytes_a_second: 100.0, teraflops: 1.0, wave: 64, source: "" };
     let need = Need {
         bytes: Bytes { read: [4.0; 2], written: [4.0; 2] },
-        work: Work { operations: 10, shared: 1, buffers: 1, texels: 1 },
+        work: Work { operations: 10, shared: 1, buffers: 1, texels: 1, barriers: 3 },
         cycles: 100.0,
         invocations: 64,
         tiles: 1.0,
@@ -127,5 +138,8 @@ fn a_copy_takes_as_long_as_its_bytes_at_the_assumed_bandwidth() {
     assert!(near(found.memory, 0.1), "{found:?}"); // 8 MB at 80 GB/s
     assert!(near(found.by_driver, 0.1), "{found:?}"); // 15625 waves of 3200 lanes, at 0.5e12
     assert!(near(found.by_work, 0.06), "{found:?}"); // 1e6 invocations of 30, at 0.5e12
+    assert_eq!(found.bound(), "memory");
+    assert_eq!(Times { by_driver: 0.05, by_work: 0.2, ..found }.bound(), "memory or work");
+    assert_eq!(Times { memory: 0.01, ..found }.bound(), "work");
     assert!(near(found.least(), 0.1 + DISPATCH_MS) && near(found.most(), 0.1 + DISPATCH_MS));
 }

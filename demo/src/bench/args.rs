@@ -1,6 +1,6 @@
 //! `quell-demo bench` on the command line.
 
-use super::BenchOptions;
+use super::{BenchOptions, Motion};
 use crate::cli::{finite, size};
 use crate::method::Method;
 use crate::split_args::SplitArgs;
@@ -26,6 +26,9 @@ pub struct BenchArgs {
     /// Scene time of the first frame, seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = finite)]
     pub start: f32,
+    /// What the history has to do with
+    #[arg(long, value_enum, default_value_t = Motion::Walk)]
+    pub motion: Motion,
     /// What to time; may be given several times [default: all but none]
     #[arg(long, value_enum, value_delimiter = ',')]
     pub method: Vec<Method>,
@@ -57,6 +60,7 @@ impl BenchArgs {
             frames: self.frames,
             warm_up: self.warm_up,
             start_s: self.start,
+            motion: self.motion,
             methods,
             baseline: self.baseline,
             split: self.split.split(),

@@ -18,6 +18,9 @@ struct Bench {
     clock: String,
     scene: String,
     start_s: f64,
+    /// Not in older results, which are of a walk.
+    #[serde(default = "walk")]
+    motion: String,
     spp: u32,
     warm_up: u32,
     frames: u32,
@@ -91,6 +94,10 @@ pub fn compare([a, b]: [&Path; 2]) -> Result<String> {
     Ok(out)
 }
 
+fn walk() -> String {
+    "walk".to_owned()
+}
+
 /// What makes times hard to compare.
 fn differences(a: &Bench, b: &Bench) -> Vec<String> {
     let text = |name: &str, a: &dyn ToString, b: &dyn ToString| {
@@ -104,6 +111,7 @@ fn differences(a: &Bench, b: &Bench) -> Vec<String> {
         text("clock", &a.clock, &b.clock),
         text("scene", &a.scene, &b.scene),
         text("first frame in seconds", &a.start_s, &b.start_s),
+        text("motion", &a.motion, &b.motion),
         text("samples per pixel", &a.spp, &b.spp),
         text("frames of warm-up", &a.warm_up, &b.warm_up),
         text("frames", &a.frames, &b.frames),

@@ -24,6 +24,7 @@ use anyhow::{Context, Result, bail};
 use machine::Machine;
 use quell::Settings;
 use report::{MethodRecorder, SizeReport, SkippedSize};
+use serde::Serialize;
 use std::path::PathBuf;
 use std::time::Instant;
 use stopwatch::{Clock, Stopwatch};
@@ -40,6 +41,7 @@ pub struct BenchOptions {
     pub warm_up: u32,
     /// Scene time of the first frame, seconds.
     pub start_s: f32,
+    pub motion: Motion,
     /// Each once.
     pub methods: Vec<Method>,
     /// What ratios are to; by default SVGF where it is timed, otherwise the first but quell.
@@ -50,14 +52,27 @@ pub struct BenchOptions {
     pub out: PathBuf,
 }
 
+/// What the history has to do with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Motion {
+    /// The camera walks: history is resampled
+    #[default]
+    Walk,
+    /// Nothing moves: history lies where it is
+    Still,
+    /// As a walk of which each frame is the first: there is no history
+    Cut,
+}
+
 const GPU_SIZES: [[u32; 2]; 3] = [[1280, 720], [1920, 1080], [2560, 1440]];
 const CPU_SIZES: [[u32; 2]; 1] = [[320, 180]];
 /// Frames per second of the walk's time.
 const FPS: f32 = 30.0;
 const SPP: u32 = 1;
 
-const ON_CPU: &str = "timestamps of a CPU adapter do not wait for compute passes, so frames are timed by the wall clock and \
-                      passes are not timed; times on a CPU say nothing about a GPU";
+const ON_CPU: &str = "timestamps of a CPU adapter do not wait for compute passes, so frames are timed by the wall clock, \
+                      quell's pass by pass, the others' in one; times on a CPU say nothing about a GPU";
 const NO_TIMESTAMPS: &str =
     "the adapter has no timestamps, so frames are timed by the wall clock and passes are not timed";
 
@@ -94,6 +109,7 @@ pub fn bench(gpu: &Gpu, options: &BenchOptions) -> Result<BenchReport> {
         note: wall_note(gpu, clock),
         scene,
         start_s: options.start_s,
+        motion: options.motion,
         spp: SPP,
         warm_up: options.warm_up,
         frames: options.frames,
@@ -152,7 +168,8 @@ fn set_up(gpu: &Gpu, options: &BenchOptions, [width, height]: [u32; 2]) -> Resul
                 width,
                 height,
                 frames: options.warm_up + options.frames,
-                fps: FPS,
+                // Time that stands still, but for the noise.
+                fps: if options.motion == Motion::Still { f32::INFINITY } else { FPS },
                 start_s: options.start_s,
                 spp: SPP as f32,
                 sampling: Sampling::Uniform,
@@ -196,7 +213,8 @@ fn time_size(
         gpu.queue.submit([encoder.finish()]);
         gpu.device.poll(wgpu::PollType::wait_indefinitely()).context("waiting for the path tracer")?;
 
-        let frame = MethodFrame::new(walk.gbuffer(), walk.view(i).camera, walk.is_cut(i), &settings);
+        let restarts = walk.is_cut(i) || options.motion == Motion::Cut;
+        let frame = MethodFrame::new(walk.gbuffer(), walk.view(i).camera, restarts, &settings);
         for turn in 0..runners.len() {
             // Another one begins with every frame: whoever follows the tracer may find other caches and clocks.
             let which = (turn + i as usize) % runners.len();
@@ -236,24 +254,36 @@ mod tests {
         assert!(message.contains("none") && message.contains("quell, accumulate"), "{message}");
     }
 
+    fn options(method: Method, motion: Motion) -> BenchOptions {
+        BenchOptions {
+            scene: None,
+            sizes: Vec::new(),
+            frames: 8,
+            warm_up: 1,
+            start_s: 0.0,
+            motion,
+            methods: vec![method],
+            baseline: None,
+            split: Split::None,
+            out: PathBuf::new(),
+        }
+    }
+
+    #[test]
+    fn time_stands_still_where_it_is_to() {
+        let gpu = Gpu::new().expect("tests need a Vulkan driver");
+        let moved = |motion| {
+            let (walk, _) = set_up(&gpu, &options(Method::Accumulate, motion), [16, 9]).unwrap();
+            walk.view(8).camera.view_from_world != walk.view(0).camera.view_from_world
+        };
+        assert_eq!([Motion::Walk, Motion::Still, Motion::Cut].map(moved), [true, false, true]);
+    }
+
     #[test]
     fn a_size_beyond_the_device_is_an_error_and_no_panic() {
         let gpu = Gpu::new().expect("tests need a Vulkan driver");
         let beyond = gpu.device.limits().max_texture_dimension_2d + 1;
-        let set_up = |method, size| {
-            let options = BenchOptions {
-                scene: None,
-                sizes: Vec::new(),
-                frames: 1,
-                warm_up: 1,
-                start_s: 0.0,
-                methods: vec![method],
-                baseline: None,
-                split: Split::None,
-                out: PathBuf::new(),
-            };
-            super::set_up(&gpu, &options, size)
-        };
+        let set_up = |method, size| super::set_up(&gpu, &options(method, Motion::Walk), size);
         // Quell checks limits itself; accumulation leaves it to others.
         for method in [Method::Quell, Method::Accumulate] {
             let error = set_up(method, [beyond, 4]).unwrap_err();

@@ -1,5 +1,6 @@
 //! What a benchmark found: the content of `bench.json`, and its tables.
 
+use super::Motion;
 use super::machine::Machine;
 use super::percentiles::Percentiles;
 use super::stopwatch::{Clock, FrameTime};
@@ -18,6 +19,7 @@ pub struct BenchReport {
     pub note: Option<&'static str>,
     pub scene: String,
     pub start_s: f32,
+    pub motion: Motion,
     pub spp: u32,
     /// Untimed frames before the timed ones.
     pub warm_up: u32,
@@ -52,7 +54,7 @@ pub struct MethodReport {
     pub ratio: Option<f64>,
     /// What the thread that encodes pays.
     pub cpu_ms: Percentiles,
-    /// Missing where the clock is the wall's.
+    /// Missing where the clock is the wall's, but for quell on a CPU adapter.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub passes: Vec<PassReport>,
     pub memory: MemoryReport,
@@ -163,12 +165,17 @@ impl BenchReport {
     /// All tables, for a terminal and as Markdown.
     pub fn text(&self) -> String {
         let Self { machine, scene, frames, warm_up, spp, start_s, .. } = self;
+        let motion = match self.motion {
+            Motion::Walk => "",
+            Motion::Still => ", standing still",
+            Motion::Cut => ", each frame after a cut",
+        };
         let clock = match self.clock {
             Clock::GpuTimestamps => "GPU time from the begin of the first pass to the end of the last",
             Clock::Wall => "wall time from submission until done",
         };
         let mut out = format!(
-            "{machine}- walk: {scene} from {start_s} s, {spp} spp, {frames} frames after {warm_up} of warm-up; methods take \
+            "{machine}- walk: {scene} from {start_s} s{motion}, {spp} spp, {frames} frames after {warm_up} of warm-up; methods take \
              turns frame by frame\n- clock: {clock}\n"
         );
         let _ = self.note.map(|note| writeln!(out, "- note: {note}"));
@@ -323,6 +330,7 @@ mod tests {
             note: None,
             scene: "test".to_owned(),
             start_s: 0.0,
+            motion: Motion::Cut,
             spp: 1,
             warm_up: 1,
             frames: 1,
@@ -341,6 +349,7 @@ mod tests {
             "peer history 3.00 3.00",
             "peer total 3.50 3.50",
             "- skipped: 9x9: odd",
+            "- walk: test from 0 s, each frame after a cut, 1 spp, 1 frames after 1 of warm-up; methods take turns frame by frame",
         ] {
             assert!(text.iter().any(|found| found == line), "`{line}` is not in {text:#?}");
         }

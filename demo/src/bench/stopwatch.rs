@@ -25,7 +25,7 @@ pub struct FrameTime {
     pub frame_ms: f64,
     /// `encode` and the finishing of its command buffer, where wgpu records what `encode` asked for.
     pub cpu_ms: f64,
-    /// As [`MethodRunner::passes`]; empty by the wall clock, but for quell.
+    /// As [`MethodRunner::passes`]; by the wall clock those of quell on a CPU adapter, or none.
     pub passes_ms: Vec<f64>,
 }
 
@@ -66,7 +66,8 @@ impl Stopwatch {
         runner: &mut MethodRunner,
         frame: &MethodFrame<'_>,
     ) -> Result<FrameTime> {
-        if self.queries.is_none() && runner.method() == Method::Quell {
+        let on_cpu = gpu.device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+        if self.queries.is_none() && on_cpu && runner.method() == Method::Quell {
             return measure_pass_by_pass(gpu, runner, frame);
         }
         let passes = runner.passes().len();
@@ -93,8 +94,8 @@ impl Stopwatch {
     }
 }
 
-/// By the wall clock: each pass is submitted by itself and waited for. On a CPU adapter, which runs one dispatch after the other
-/// anyway, the frame takes no longer by that.
+/// By the wall clock: each pass is submitted by itself and waited for. A CPU adapter runs one dispatch after the other anyway, so the
+/// frame takes no longer.
 fn measure_pass_by_pass(gpu: &Gpu, runner: &mut MethodRunner, frame: &MethodFrame<'_>) -> Result<FrameTime> {
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let waiting =

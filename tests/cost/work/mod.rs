@@ -17,7 +17,7 @@ pub const RULES: &str = "\
 What the busiest invocation of a workgroup executes, from walking the shader with the numbers that are known without data: \
 loops count as often as they run, what any invocation of 64 executes counts for all, and of branches that data decide all are \
 taken. So a figure is what can happen, not what does. `operations` are on scalars, before a compiler optimises; `shared` and \
-`buffers` are words of workgroup memory and of buffers; `texels` are loads of images. `still`: nothing moves and history is \
+`buffers` are words of workgroup memory and of buffers; `texels` are loads of images; at `barriers` the workgroup waits for its slowest invocation. `still`: nothing moves and history is \
 long; `moving`, to which the other columns belong: history is resampled; `worst`: history is nearly empty too. Assumed: nine \
 models reach a tile; windows of up to 5x5 tiles.";
 
@@ -37,6 +37,8 @@ pub struct Work {
     pub buffers: u64,
     /// Loads of texels.
     pub texels: u64,
+    /// Of the workgroup.
+    pub barriers: u64,
 }
 
 /// Every branch that data decide is taken, but calls of functions in `left_out`.
@@ -120,6 +122,7 @@ impl<'a> Walk<'a> {
                         call.locals.entry(variable).or_insert(Lanes::UNKNOWN).assign(&value, mask);
                     }
                 }
+                Statement::ControlBarrier(_) => self.work.barriers += 1,
                 Statement::ImageStore { .. } => self.work.operations += 1,
                 Statement::Atomic { pointer, .. } => self.touch(call, *pointer),
                 Statement::Call { function, arguments, result } => {

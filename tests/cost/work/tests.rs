@@ -8,6 +8,8 @@ fn walked(body: &'static str, left_out: &[&str]) -> Work {
         "@group(0) @binding(0) var image: texture_2d<f32>;
          @group(0) @binding(1) var<storage, read_write> buffer: array<f32>;
          var<workgroup> shared_words: array<vec2<f32>, 64>;
+         fn is_so() -> bool {{ return buffer[0] > 0.0; }}
+         fn has(of: f32, flag: u32) -> bool {{ return (bitcast<u32>(of) & flag) != 0u; }}
          fn tap(x: i32) -> f32 {{ return textureLoad(image, vec2(x), 0).x; }}
          @compute @workgroup_size(64)
          fn main(@builtin(local_invocation_index) lane: u32) {{ {body} }}"
@@ -34,6 +36,27 @@ fn loops_count_as_often_as_they_run() {
     assert_eq!(taps("for (var i = 0; i < 8; i++) { if i % 2 == 0 { continue; } _ = tap(0); }", &[]), 4);
     assert_eq!(taps("for (var i = 0; i < 8; i++) { _ = tap(i); }", &["tap"]), 0);
     assert_eq!(taps("for (var i = 0; i < select(4, 4, buffer[0] > 0.0); i++) { _ = tap(0); }", &[]), 4);
+}
+
+#[test]
+fn what_is_left_out_is_false() {
+    let body = "let so = is_so(); for (var i = 0; i < 4 || (so && i < 12); i++) { _ = tap(0); }";
+    assert_eq!([&["is_so"][..], &[]].map(|left_out| walked(body, left_out).texels), [4, 12]);
+}
+
+#[test]
+fn flags_that_defaults_do_not_set_are_off() {
+    let has = |flag: u32| {
+        let body = format!("if has(buffer[0], {flag}u) {{ _ = tap(0); }}");
+        walked(body.leak(), &[]).texels
+    };
+    assert_eq!([quell::gpu::flags::RING_ERROR, quell::gpu::flags::MIX].map(has), [0, 1]);
+}
+
+#[test]
+fn a_barrier_counts_as_often_as_it_is_met() {
+    let body = "workgroupBarrier(); for (var i = 0; i < 3; i++) { workgroupBarrier(); }";
+    assert_eq!(walked(body, &[]).barriers, 4);
 }
 
 #[test]
