@@ -2,7 +2,10 @@
 
 use super::lanes::{Lanes, Mask};
 use std::collections::HashMap;
-use wgpu::naga::{Expression, Function, Handle, LocalVariable, Module, TypeInner, valid::FunctionInfo};
+use wgpu::naga::{
+    BinaryOperator, Expression, Function, Handle, LocalVariable, Module, TypeInner, UnaryOperator,
+    valid::FunctionInfo,
+};
 
 /// Members of the frame's uniforms that are taken as known, with their defaults.
 const UNIFORMS: [(&str, i64); 2] = [("least_window", 1), ("widest_window", 3)];
@@ -89,6 +92,9 @@ impl<'a> Call<'a> {
             Expression::AccessIndex { base, index } => self.element(base, &Lanes::all(index.into())),
             Expression::Binary { op, left, right } => {
                 Lanes::binary(op, &self.value(left), &self.value(right))
+            }
+            Expression::Unary { op: UnaryOperator::LogicalNot, expr } => {
+                Lanes::binary(BinaryOperator::Equal, &self.value(expr), &Lanes::all(0))
             }
             Expression::Select { condition, accept, reject } => {
                 self.value(condition).select(&self.value(accept), &self.value(reject))

@@ -26,6 +26,9 @@ pub const LEFT_OUT: [&[&str]; 3] = [&["is_between_texels", "spatial_spread"], &[
 
 /// Rounds of a loop of which data decide: models that reach a tile, by windows of 24 pixels and a model for 117.
 const ASSUMED_ROUNDS: u32 = 9;
+/// After so many rounds a loop that data may end has no other end.
+const MOST_ROUNDS: u32 = 64;
+
 /// Of one invocation; what part of a wave executes counts for all of it.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Work {
@@ -128,16 +131,12 @@ impl<'a> Walk<'a> {
                 Statement::Call { function, arguments, result } => {
                     let callee = &self.shader.module.functions[*function];
                     let left_out = callee.name.as_deref().is_some_and(|name| self.left_out.contains(&name));
-                    let mut value = Lanes::all(0);
-                    if is_off_by_default(
-                        callee,
-                        &arguments.iter().map(|&a| call.value(a)).collect::<Vec<_>>(),
-                    ) {
-                        value = Lanes::all(0);
-                    } else if !left_out {
-                        let arguments = arguments.iter().map(|&argument| call.value(argument)).collect();
-                        value = self.function(callee, &self.shader.info[*function], arguments, mask);
-                    }
+                    let arguments: Vec<_> = arguments.iter().map(|&argument| call.value(argument)).collect();
+                    let value = if left_out || is_off_by_default(callee, &arguments) {
+                        Lanes::all(0)
+                    } else {
+                        self.function(callee, &self.shader.info[*function], arguments, mask)
+                    };
                     if let Some(result) = result {
                         call.values.insert(*result, value);
                     }
@@ -190,6 +189,7 @@ impl<'a> Walk<'a> {
         let outer = (call.broke, call.continued, call.may_end);
         let returned = call.returned;
         let mut active = mask;
+        let mut assumed = None;
         for round in 1.. {
             (call.broke, call.continued, call.may_end) = (0, 0, false);
             active = self.block(call, body, active) | call.continued;
@@ -197,7 +197,15 @@ impl<'a> Walk<'a> {
             if let Some(condition) = break_if {
                 active &= !call.value(condition).nonzero();
             }
-            if active == 0 || call.may_end && round == ASSUMED_ROUNDS {
+            if active == 0 {
+                break;
+            }
+            // Data may end it; if nothing else does, it is taken to have ended here.
+            if call.may_end && round == ASSUMED_ROUNDS {
+                assumed = Some(self.work);
+            }
+            if let Some(work) = assumed.filter(|_| round == MOST_ROUNDS) {
+                self.work = work;
                 break;
             }
             assert!(round < 10_000, "{}: a loop without a bound that is known", self.shader.name());
