@@ -130,7 +130,7 @@ impl Kernel {
             entry_point: name,
             compilation_options: wgpu::PipelineCompilationOptions {
                 constants,
-                // Costs as much as a short pass. What a pass reads of its workgroup's memory it has written.
+                // Stores that nobody reads: what a pass reads of its workgroup's memory it has written.
                 zero_initialize_workgroup_memory: false,
             },
             cache,
