@@ -61,8 +61,7 @@ fn enter_pixel(pixel: vec2<u32>, lane: u32) {
     if count <= 0.0 {
         return;
     }
-    let regressors = surface_regressors(z, vec2<f32>(pixel));
-    own_row = Row(regressors[0], regressors[1], regressors[2], vec4(mean, 0.0));
+    own_row = row_of(z, vec3(vec2<f32>(pixel), mean.r), mean.gb);
     let own = unpack_noise(word, count);
     weights[lane] = count;
     noises[lane] = vec3(own.variance, found_variance(own.deviations), own.variance / count);
@@ -271,7 +270,7 @@ fn find_drift(pixel: vec2<u32>, centre: Surface, predicted: f32) -> Drift {
             let old = load_reprojected(vec2<u32>(texel));
             let other = unpack_surface(textureLoad(guide, texel, 0).xy);
             let distance = elevation_of(along, vec2<f32>(texel), other.depth) - own;
-            if sample.w > 0.0 && old.w > 0.0 && same_surface(centre, other, distance) {
+            if sample.w > 0.0 && old.w > 0.0 && same_surface(centre, other, distance, NORMAL_COSINE) {
                 let difference = luminance(sample.rgb) - luminance(old.rgb);
                 pixels += 1.0;
                 weight += sample.w;
@@ -314,7 +313,7 @@ fn spatial_spread(pixel: vec2<u32>, centre: Surface) -> Spread {
             let sample = load_sample(vec2<u32>(texel));
             let other = unpack_surface(textureLoad(guide, texel, 0).xy);
             let distance = elevation_of(along, vec2<f32>(texel), other.depth) - own;
-            if sample.w > 0.0 && same_surface(centre, other, distance) {
+            if sample.w > 0.0 && same_surface(centre, other, distance, NORMAL_COSINE) {
                 let l = luminance(sample.rgb) - middle;
                 weight += 1.0;
                 sum += l;

@@ -45,10 +45,8 @@ var<workgroup> row_counts: array<u32, CELLS>; // pixels with samples in the sums
 var<workgroup> row_noises: array<vec2<u32>, GROUP * SMOOTH_SIDE>; // deviations of five in a row, and how many have samples
 
 // Bits of a link: which cells to the right and below show the same surface; whether the cell itself has samples.
-const RIGHT = 1u;
-const RIGHT_2 = 2u;
-const DOWN = 4u;
-const DOWN_2 = 8u;
+const RIGHT = 1u; // and twice as far: the next bit
+const DOWN = 4u;  // likewise
 const SAMPLED = 16u;
 
 // Sums over a neighbourhood are sums of rows, each of the pixels that go with the one in the middle, where this goes with the
@@ -152,9 +150,9 @@ fn load_cell(cell: i32, pixel: vec2<i32>) {
     residuals[cell] = vec2(pack_halves(vec2(residual, own.deviations.x)), pack_halves(own.deviations.yz));
 }
 
-// A third of the largest half float at most: sums of three have room.
+// A quarter of the largest half float at most, so that sums of three have room however they are rounded. What is below 6e-5 may be 0.
 fn pack_halves(values: vec2<f32>) -> u32 {
-    return pack2x16float(clamp(values, vec2(-HALF_MAX / 3.0), vec2(HALF_MAX / 3.0)));
+    return pack2x16float(clamp(values, vec2(-HALF_MAX / 4.0), vec2(HALF_MAX / 4.0)));
 }
 
 fn link_cell(place: vec2<i32>, corner: vec2<i32>) {
@@ -167,31 +165,26 @@ fn link_cell(place: vec2<i32>, corner: vec2<i32>) {
     let level = elevation_of(along, vec2<f32>(corner + place), own.depth);
     var found = links[cell];
     for (var i = 0u; i < 4u; i++) {
-        let length = 1 + i32(i % 2u);
-        let at = place + select(vec2(length, 0), vec2(0, length), i >= 2u);
+        let reach = 1 + i32(i % 2u);
+        let at = place + select(vec2(reach, 0), vec2(0, reach), i >= 2u);
         if all(at < vec2(SIDE)) {
             let other = unpack_surface(surfaces[cell_at(at)]);
             let distance = elevation_of(along, vec2<f32>(corner + at), other.depth) - level;
-            found |= select(0u, RIGHT << i, is_link(own, other, distance));
+            found |= select(0u, RIGHT << i, same_surface(own, other, distance, LINK_COSINE));
         }
     }
     links[cell] = found;
 }
 
-// Wider than `continues`: two links must hold where the middle of all would be compared once.
+// Wider than NORMAL_COSINE: two links must hold where the middle of all would be compared once.
 const LINK_COSINE = 0.8;
-
-fn is_link(a: Surface, b: Surface, distance: f32) -> bool {
-    let is_alike = dot(a.normal, b.normal) > LINK_COSINE && abs(distance) < PLANE_DISTANCE * a.depth;
-    return !is_miss(b) && a.id == b.id && is_alike;
-}
 
 // Two cells are linked by a bit of the earlier one.
 fn is_linked(earlier: i32, bit: u32) -> bool {
     return (links[earlier] & bit) != 0u;
 }
 
-fn is_sampled(cell: i32) -> u32 {
+fn samples_of(cell: i32) -> u32 {
     return select(0u, 1u, is_linked(cell, SAMPLED));
 }
 
@@ -201,14 +194,14 @@ fn unpack_halves(words: vec2<u32>) -> vec4<f32> {
 
 fn smooth_row(cell: i32) {
     var sum = unpack_halves(residuals[cell]);
-    var count = is_sampled(cell);
+    var count = samples_of(cell);
     if is_linked(cell - 1, RIGHT) {
         sum += unpack_halves(residuals[cell - 1]);
-        count += is_sampled(cell - 1);
+        count += samples_of(cell - 1);
     }
     if is_linked(cell, RIGHT) {
         sum += unpack_halves(residuals[cell + 1]);
-        count += is_sampled(cell + 1);
+        count += samples_of(cell + 1);
     }
     surfaces[cell] = vec2(pack2x16float(sum.xy), pack2x16float(sum.zw));
     row_counts[cell] = count;
@@ -237,7 +230,7 @@ fn goes_with(cell: i32, distance: i32, step: i32, bit: u32) -> bool {
     return distance == 0 || is_linked(earlier, select(bit, bit << 1u, abs(distance) == 2));
 }
 
-fn pool_row(row: i32, cell: i32) {
+fn pool_row(at: i32, cell: i32) {
     var squares = vec2(0.0);
     var variances = vec2(0.0);
     var count = 0u;
@@ -246,11 +239,11 @@ fn pool_row(row: i32, cell: i32) {
             squares += bitcast<vec2<f32>>(residuals[cell + x]);
             let own = unpack2x16float(deviations[cell + x]);
             variances += own * own;
-            count += is_sampled(cell + x);
+            count += samples_of(cell + x);
         }
     }
     surfaces[cell] = bitcast<vec2<u32>>(squares);
-    row_noises[row] = vec2(pack2x16float(sqrt(variances)), count);
+    row_noises[at] = vec2(pack2x16float(sqrt(variances)), count);
 }
 
 // Sums over 5x5 pixels.

@@ -1,7 +1,7 @@
 // fit: one linear model per listed centre, with the window that its own error chooses.
 //
-// Windows are nested: a cross of five tiles, 3x3, 5x5. What each adds, a ring, first tests the model of the window inside it,
-// then joins. Where Mallows' Cp chooses, there are two, the least and the widest.
+// Windows are nested: a cross of five tiles, 3x3, 5x5. By the ring error, what each adds, a ring, first tests the model of the window
+// inside it, then joins. By Mallows' Cp only the least and the widest are fitted.
 //
 // Reads   moments, centre_list, levels.
 // Writes  models, windows, coverage (layout: include/models)
@@ -48,7 +48,7 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
     let by_ring = has(frame, FLAG_RING_ERROR);
     let places = square_quad(lane);
     var squares = vec4(0.0);
-    var error = 0.0;  // of the innermost model, then of each model on the ring about its window
+    var error = 0.0;  // for the ring error: of the innermost model, then of each model on the ring about its window
     var tested = 0.0; // weight of what they were tested on
     var least = 1e38;
     var chosen = widest;
@@ -64,7 +64,11 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
             squares += window_squares(lane, places, ring.x, ring.y);
         }
         if lane < TILE_SQUARES {
-            sums[lane] = select(sums[lane], 0.0, inside == 0u) + window_moment(lane, ring.x, ring.y);
+            var moment = window_moment(lane, ring.x, ring.y);
+            if inside > 0u {
+                moment += sums[lane];
+            }
+            sums[lane] = moment;
         }
         workgroupBarrier();
         let residual = solve(size, squares, places, lane);

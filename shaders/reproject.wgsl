@@ -8,7 +8,7 @@
 // Source  bilinear taps tested one by one: Schied et al., "Spatiotemporal Variance-Guided Filtering", HPG 2017, section
 //         4.1; cubic weights: Catmull and Rom 1974, as used for history in temporal anti-aliasing
 
-//!include frame numbers noise surface signal demodulate inputs motion memory reflection features linear_model innovations tile_moments
+//!include frame numbers noise surface signal demodulate inputs motion memory reflection features innovations tile_moments
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var radiance: texture_2d<f32>;
@@ -148,9 +148,7 @@ fn enter_pixel(pixel: vec2<u32>, lane: u32, follows: bool) {
 // A pixel without samples or without history enters with weight 0.
 fn enter_change(pixel: vec2<u32>, surface: Surface, sample: Sample, old: vec4<f32>, lane: u32) {
     let position = position_of(frame.current, vec2<f32>(pixel), surface.depth);
-    let change = sample.signal - old.rgb;
-    let regressors = surface_regressors(surface_features(surface, position), change.rg);
-    own_row = Row(regressors[0], regressors[1], regressors[2], vec4(change.b, 0.0, 0.0, 0.0));
+    own_row = row_of(surface_features(surface, position), sample.signal - old.rgb, vec2(0.0));
     weights[lane] = sample.count;
 }
 
@@ -307,7 +305,7 @@ fn fetch(origin: Origin) -> Fetched {
             continue;
         }
         let texel = base + step;
-        let mean = textureLoad(history, texel, 0);
+        let mean = textureLoad(history, texel, 0); // any value outside of the frame, where no tap belongs
         // One that was never sampled has a surface but no mean.
         if mean.w <= 0.0 || !tap_belongs(texel, origin, level) {
             is_whole = false;
@@ -341,6 +339,7 @@ fn fetch(origin: Origin) -> Fetched {
     return fetched;
 }
 
+// A function, so that tests/cost can leave it out of still views.
 fn is_between_texels(f: vec2<f32>) -> bool {
     return any(f > vec2(0.0));
 }

@@ -41,11 +41,11 @@
 //! by `centres`, under a budget by `gains` and `choose`; `sample_map` counts by `sample_gains` and `sample_rate`. `check` is apart:
 //! it is that of [`InputCheck`].
 //!
-//! 1. **reproject** repairs the inputs (NaN, infinity, negative radiance, zero albedo), takes emission out and divides by
-//!    0.1 + 0.9 albedo, so that what is filtered is close to irradiance; and packs the surface of each pixel into a
+//! 1. **reproject** repairs the inputs (NaN, infinity, negative radiance, zero albedo), takes emission out and divides
+//!    by 0.1 + 0.9 albedo, so that what is filtered is close to irradiance; and packs the surface of each pixel into a
 //!    *guide*. Then it fetches the pixel's history from where motion says its surface was. Every tap must belong to the
-//!    same surface: its id, its normal and its distance from the surface's tangent plane decide. Where all twelve taps do, the
-//!    fetch is bicubic (Catmull-Rom) and stays sharp. What the new samples differ by from this history is summed into
+//!    same surface: its id, its normal and its distance from the surface's tangent plane decide. Where all twelve taps do,
+//!    the fetch is bicubic (Catmull-Rom) and stays sharp. What the new samples differ by from this history is summed into
 //!    moments per tile of 8x8 pixels.
 //! 2. **innovation** asks whether the light changed: that difference is regressed on the surface's features over windows of
 //!    40x40 pixels; what noise would explain as well is not believed.
@@ -55,11 +55,12 @@
 //!    that take the same path as the mean but with alternating signs: their squares tell how noisy the mean still is, after
 //!    all blending and resampling. In the end it sums, per tile, the weighted first and second moments of features (normal,
 //!    position, 1/albedo, surface id, roughness, pixel position) and colour.
-//! 4. **fit** places centres coarse to fine, each where no model reaches well yet. At a centre, a window of tiles grows, and the
-//!    size whose model has the least predicted error is kept. A model is a ridge regression, whose ridge is a prior:
-//!    steep slopes must be earned by samples. A few thousand numbers go in, no pixel is read twice, and the result is exactly
-//!    that of recursive least squares over the pixels. Under a [`Budget`] the coarsest level is always fitted; finer models go
-//!    where they are expected to gain most, and elsewhere those of earlier frames are kept while they hold.
+//! 4. **fit** places centres coarse to fine, each where no model reaches well yet. At a centre, a window of tiles
+//!    grows, and the size whose model has the least predicted error is kept. A model is a ridge regression, whose ridge is
+//!    a prior: steep slopes must be earned by samples. A few thousand numbers go in, no pixel is read twice, and the
+//!    result is exactly that of recursive least squares over the pixels. Under a [`Budget`] the coarsest level is always
+//!    fitted; finer models go where they are expected to gain most, and elsewhere those of earlier frames are kept while
+//!    they hold.
 //! 5. **predict** evaluates, per pixel, the models whose windows hold it, and blends them by tents and by how well they fit.
 //! 6. **compose** compares prediction and temporal mean. What they differ by, smoothly and beyond the mean's noise, is the
 //!    models' error; it decides how the two are mixed: smooth where the models hold, sharp where no feature explains what is
@@ -75,8 +76,8 @@
 //! mirror is smaller than the innovation's windows. With [`FrameInputs::hit_distance`] alone, the samples of each tile
 //! choose between the two histories.
 //!
-//! Each image is read where it is made, and packed into words in between: 55 bytes a pixel are held, 195 are moved in a frame
-//! (`tests/cost.md`).
+//! Each image is read where it is made, and packed into words in between: 55 bytes a pixel are held, 195 are moved in a
+//! frame (`tests/cost.md`).
 //!
 //! On a still view the result converges to the converged image, because the mean's noise falls and the mix follows.
 //!

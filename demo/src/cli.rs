@@ -1,6 +1,6 @@
 //! The command line.
 
-use crate::bench::{BenchArgs, BudgetsArgs, bench, budgets, compare};
+use crate::bench::{BenchArgs, BudgetsArgs, MeasureArgs, bench, budgets, compare, measure};
 use crate::check::{CheckArgs, check};
 use crate::gpu::Gpu;
 use crate::method::Method;
@@ -76,6 +76,10 @@ pub enum Command {
     ///
     /// Writes `bench.json` and the tables as `bench.md`.
     Bench(BenchArgs),
+    /// Measure this machine in some minutes: all methods over sizes, histories, budgets of time, clocks and power
+    ///
+    /// Writes `measure.html`, which needs no other file, its numbers as `measure.json`, and the results of each bench.
+    Measure(MeasureArgs),
     /// Compare budgets of models and of time on captures: times, metrics, models
     ///
     /// Writes `budgets.json` and the tables as `budgets.md`.
@@ -264,6 +268,10 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Bench(args)) => run_bench(args),
         Some(Command::Sampling(args)) => run_sampling(args),
         Some(Command::Still(args)) => run_still(args),
+        Some(Command::Measure(args)) => {
+            let report = measure(&Gpu::new()?, &args)?;
+            say(&format!("{}wrote {}\n", report.text(), args.out.display()))
+        }
         Some(Command::Budgets(args)) => {
             let report = budgets(&Gpu::new()?, &args)?;
             say(&format!("{}wrote {}\n", report.text(), args.out.display()))

@@ -39,7 +39,9 @@ fn known_hit_distance(pixel: vec2<u32>, surface: Surface, position: vec3<f32>) -
         if inside(texel, frame.current) {
             let found = hit_distance_at(texel, surface);
             let other = neighbour_at(texel);
-            if found > 0.0 && other.is_hit && continues(surface.normal, surface.depth, other.normal, dot(surface.normal, other.position - position)) {
+            let distance = dot(surface.normal, other.position - position);
+            let is_alike = continues(surface.normal, surface.depth, other.normal, distance, NORMAL_COSINE);
+            if found > 0.0 && other.is_hit && is_alike {
                 let share = saturate(2.0 * surface.roughness * surface.roughness * found / pixel_width - 1.0);
                 sum += select(share, 1.0, i == 4 || own <= 0.0) * vec2(1.0 / found, 1.0);
             }
@@ -83,7 +85,8 @@ fn curvature_at(pixel: vec2<u32>, surface: Surface, position: vec3<f32>, normal:
         if inside(texel, frame.current) {
             let other = neighbour_at(texel);
             let offset = other.position - position;
-            if other.is_hit && continues(surface.normal, surface.depth, other.normal, dot(surface.normal, offset)) {
+            let distance = dot(surface.normal, offset);
+            if other.is_hit && continues(surface.normal, surface.depth, other.normal, distance, NORMAL_COSINE) {
                 let turn = (other.normal - normal) * basis;
                 let along = offset * basis;
                 products += mat2x2(turn * along.x, turn * along.y);

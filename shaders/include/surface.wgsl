@@ -69,10 +69,10 @@ const PLANE_DISTANCE = 0.01;  // of the view depth
 
 // Whether a point with `other_normal`, `distance` along `normal` from the one with `normal` and `depth`, may stand in for it: similar
 // normal, within the tangent plane. That both have one id, and are no misses, is left to the caller.
-fn continues(normal: vec3<f32>, depth: f32, other_normal: vec3<f32>, distance: f32) -> bool {
-    return dot(normal, other_normal) > NORMAL_COSINE && abs(distance) < PLANE_DISTANCE * depth;
+fn continues(normal: vec3<f32>, depth: f32, other_normal: vec3<f32>, distance: f32, cosine: f32) -> bool {
+    return dot(normal, other_normal) > cosine && abs(distance) < PLANE_DISTANCE * depth;
 }
 
-fn same_surface(a: Surface, b: Surface, distance: f32) -> bool {
-    return !is_miss(b) && a.id == b.id && continues(a.normal, a.depth, b.normal, distance);
+fn same_surface(a: Surface, b: Surface, distance: f32, cosine: f32) -> bool {
+    return !is_miss(b) && a.id == b.id && continues(a.normal, a.depth, b.normal, distance, cosine);
 }

@@ -17,8 +17,17 @@ const BLOCK_QUADS = array(
 
 alias Row = array<vec4<f32>, QUADS>;
 
+const_assert COLUMNS < 4u * QUADS;
+
+// 1, the features of the surface, and what follows them: own features, then colours.
+fn row_of(z: array<f32, SURFACE_FEATURES>, first: vec3<f32>, last: vec2<f32>) -> Row {
+    return Row(vec4(1.0, z[0], z[1], z[2]), vec4(z[3], z[4], z[5], z[6]), vec4(z[7], z[8], first.xy), vec4(first.z, last, 0.0));
+}
+
 var<private> own_row: Row; // of the lane's pixel
-var<workgroup> reference: Row; // of the pixel that counts most: its columns are as far from the means as any's, and no farther
+// Of the pixel that counts most: with a 64th of the weight or more it is within eight deviations of the means, so squares lose at
+// most six of their 24 bits.
+var<workgroup> reference: Row;
 var<workgroup> heaviest: atomic<u32>; // that pixel
 var<workgroup> rows: array<vec4<f32>, TILE_PIXELS * QUADS>; // by pixel; later sums by share, block and row
 var<workgroup> sums: array<vec4<f32>, BLOCKS * 4u + 1u>; // the rows of all blocks, then the noises
@@ -68,7 +77,7 @@ fn tile_quad(quad: u32) -> vec4<f32> {
         let entry = 4u * quad + i;
         if entry >= TILE_SQUARES && entry < TILE_SQUARES + SQUARES {
             let ij = square_entry(entry - TILE_SQUARES) + 1u;
-            values[i] = product(ij.x, ij.y) - product(0u, ij.x) * product(0u, ij.y) / total;
+            values[i] = product(ij.x, ij.y) - product(0u, ij.x) / total * product(0u, ij.y);
         } else if entry < TILE_MEAN + COLUMNS {
             let at = entry - TILE_MEAN + 1u;
             values[i] = reference[at / 4u][at % 4u] + product(0u, at) / total;

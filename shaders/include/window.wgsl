@@ -7,7 +7,8 @@ const_assert LANES >= MOST_TILES && LANES >= TILE_SQUARES && LANES >= SQUARE_QUA
 
 const WINDOW_QUADS = 1u + MEAN_QUADS;
 
-// Of each tile its weight, divided by variance, and its noises, times that; then means about the origin, times its root.
+// Of each tile its weight, divided by variance, and its noises, times that; then means about the origin, times the root of that
+// weight.
 var<workgroup> window: array<array<vec4<f32>, WINDOW_QUADS>, MOST_TILES>;
 var<workgroup> window_factors: array<f32, MOST_TILES>; // what their weights were multiplied by
 var<workgroup> window_tiles: array<u32, MOST_TILES>;   // where they are in memory

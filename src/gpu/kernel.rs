@@ -130,7 +130,7 @@ impl Kernel {
             entry_point: name,
             compilation_options: wgpu::PipelineCompilationOptions {
                 constants,
-                // Stores that nobody reads: what a pass reads of its workgroup's memory it has written.
+                // Clearing would be stores that nobody reads: what a pass reads of its workgroup's memory it has written.
                 zero_initialize_workgroup_memory: false,
             },
             cache,

@@ -26,7 +26,7 @@ pub struct BenchArgs {
     /// Scene time of the first frame, seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = finite)]
     pub start: f32,
-    /// What the history has to do with
+    /// What moves from frame to frame
     #[arg(long, value_enum, default_value_t = Motion::Walk)]
     pub motion: Motion,
     /// What to time; may be given several times [default: all but none]

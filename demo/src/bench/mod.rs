@@ -4,6 +4,7 @@ mod args;
 mod budgets;
 mod compare;
 mod machine;
+mod measure;
 mod percentiles;
 mod report;
 mod stopwatch;
@@ -11,6 +12,7 @@ mod stopwatch;
 pub use args::BenchArgs;
 pub use budgets::{BudgetsArgs, BudgetsReport, budgets};
 pub use compare::compare;
+pub use measure::{MeasureArgs, MeasureReport, measure};
 pub use report::BenchReport;
 
 use crate::gbuffer::Split;
@@ -52,7 +54,7 @@ pub struct BenchOptions {
     pub out: PathBuf,
 }
 
-/// What the history has to do with.
+/// What moves from frame to frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Motion {
@@ -206,13 +208,7 @@ fn time_size(
     let progress = progress_bar(frames.into(), "timing");
     let start = Instant::now();
     for i in 0..frames {
-        // Traced anew every frame, since inputs of many frames would not fit into memory, and waited for, so that the
-        // tracer is done before a method begins.
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        walk.trace(gpu, &mut encoder, i);
-        gpu.queue.submit([encoder.finish()]);
-        gpu.device.poll(wgpu::PollType::wait_indefinitely()).context("waiting for the path tracer")?;
-
+        trace(gpu, walk, i)?;
         let restarts = walk.is_cut(i) || options.motion == Motion::Cut;
         let frame = MethodFrame::new(walk.gbuffer(), walk.view(i).camera, restarts, &settings);
         for turn in 0..runners.len() {
@@ -238,6 +234,16 @@ fn time_size(
     };
     let methods = recorders.into_iter().zip(&runners).map(finish).collect();
     Ok(SizeReport::new([width, height], baseline.name(), methods))
+}
+
+/// Traces a frame: anew every time, since inputs of many frames would not fit into memory, and waited for, so that the tracer is done
+/// before a method begins.
+fn trace(gpu: &Gpu, walk: &Walk, frame: u32) -> Result<()> {
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    walk.trace(gpu, &mut encoder, frame);
+    gpu.queue.submit([encoder.finish()]);
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).context("waiting for the path tracer")?;
+    Ok(())
 }
 
 #[cfg(test)]

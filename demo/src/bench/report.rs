@@ -192,7 +192,8 @@ impl BenchReport {
         out
     }
 
-    fn frames_table(&self) -> Vec<Vec<String>> {
+    /// A row per size and method.
+    pub fn frames_table(&self) -> Vec<Vec<String>> {
         let ratio = format!("/ {}", self.baseline);
         let headings =
             ["size", "method", "median ms", "p95", "p99", &ratio, "CPU ms", "MB", "B/px", "models"];
@@ -218,7 +219,7 @@ impl BenchReport {
     }
 
     /// Median and p95 of each pass, a pair of columns per size.
-    fn passes_table(&self) -> Vec<Vec<String>> {
+    pub fn passes_table(&self) -> Vec<Vec<String>> {
         let times = |size: &SizeReport| [format!("{} median", size.name()), "p95".to_owned()];
         self.by_size(
             "pass",

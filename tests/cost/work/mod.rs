@@ -24,7 +24,7 @@ models reach a tile; windows of up to 5x5 tiles.";
 /// Functions that no pixel calls, or that are false for all, in a still view, in a moving one, at worst.
 pub const LEFT_OUT: [&[&str]; 3] = [&["is_between_texels", "spatial_spread"], &["spatial_spread"], &[]];
 
-/// Rounds of a loop of which data decide: models that reach a tile, by windows of 24 pixels and a model for 117.
+/// Rounds of a loop of which data decide: models that reach a tile, by windows of 40 pixels and a model for 190.
 const ASSUMED_ROUNDS: u32 = 9;
 /// After so many rounds a loop that data may end has no other end.
 const MOST_ROUNDS: u32 = 64;
