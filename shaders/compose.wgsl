@@ -260,8 +260,8 @@ fn pool(local: vec2<i32>) -> Pool {
         if goes_with(cell, y, SIDE, DOWN) {
             sum.squares += bitcast<vec2<f32>>(surfaces[cell + y * SIDE]);
             let noises = row_noises[(local.y + POOL_RADIUS + y) * GROUP + local.x];
-            let deviations = unpack2x16float(noises.x);
-            sum.variances += deviations * deviations;
+            let of_row = unpack2x16float(noises.x);
+            sum.variances += of_row * of_row;
             sum.count += f32(noises.y);
         }
     }
