@@ -1,5 +1,6 @@
 //! Times single frames and waits for each: by timestamps on a GPU, by the wall clock elsewhere.
 
+use super::is_cpu;
 use crate::gpu::Gpu;
 use crate::gpu_timer::has_true_timestamps;
 use crate::method::{Method, MethodFrame, MethodRunner};
@@ -66,8 +67,7 @@ impl Stopwatch {
         runner: &mut MethodRunner,
         frame: &MethodFrame<'_>,
     ) -> Result<FrameTime> {
-        let on_cpu = gpu.device.adapter_info().device_type == wgpu::DeviceType::Cpu;
-        if self.queries.is_none() && on_cpu && runner.method() == Method::Quell {
+        if self.queries.is_none() && is_cpu(gpu) && runner.method() == Method::Quell {
             return measure_pass_by_pass(gpu, runner, frame);
         }
         let passes = runner.passes().len();
@@ -94,8 +94,7 @@ impl Stopwatch {
     }
 }
 
-/// By the wall clock: each pass is submitted by itself and waited for. A CPU adapter runs one dispatch after the other anyway, so the
-/// frame takes no longer.
+/// By the wall clock: each pass is submitted by itself and waited for. Only where dispatches run one after the other anyway.
 fn measure_pass_by_pass(gpu: &Gpu, runner: &mut MethodRunner, frame: &MethodFrame<'_>) -> Result<FrameTime> {
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let waiting =

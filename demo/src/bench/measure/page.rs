@@ -25,14 +25,9 @@ pub fn page(report: &MeasureReport) -> String {
     } else {
         power.join("\n")
     };
-    let methods: Vec<&str> =
-        walk.sizes.iter().flat_map(|size| &size.methods).map(|found| found.method).collect();
-    let methods: Vec<&str> = methods
-        .iter()
-        .enumerate()
-        .filter(|(i, name)| !methods[..*i].contains(name))
-        .map(|(_, name)| *name)
-        .collect();
+    // All sizes have the same.
+    let methods = walk.sizes.first().map_or(&[][..], |size| &size.methods);
+    let methods: Vec<&str> = methods.iter().map(|found| found.method).collect();
     let over_pixels =
         |title: &str, value: fn(&MethodReport) -> f64| over_pixels(walk, &methods, title, value);
     let values = [
@@ -109,16 +104,19 @@ fn over_pixels(
     svg + "</svg>"
 }
 
-/// Times over frames, and the budgets. Up to twice the largest budget: first frames that compile take longer.
+/// Times over frames, and the budgets. With room for twice the largest budget and for what frames come to at last, no more: first
+/// frames that compile take longer.
 fn pace_plot(paces: &[Pace]) -> String {
-    let most = 2.0 * paces.iter().map(|pace| f64::from(pace.target_ms)).fold(0.0, f64::max);
+    let needed = |pace: &Pace| (2.0 * f64::from(pace.target_ms)).max(1.2 * pace.settled_ms.p95);
+    let most = paces.iter().map(needed).fold(0.0, f64::max);
+    let decimals = if most < 10.0 { 2 } else { 0 };
     let frames = paces.iter().map(|pace| pace.frame_ms.len()).max().unwrap_or_default().max(2);
     let mut svg = start("Milliseconds over frames", &WIDE_AREA);
     let fifths = || (0..=5).map(|i| f64::from(i) / 5.0);
     y_axis(
         &mut svg,
         &WIDE_AREA,
-        fifths().map(|place| (place, format!("{:.3}", place * most))),
+        fifths().map(|place| (place, format!("{:.decimals$}", place * most))),
         "milliseconds",
     );
     x_axis(
