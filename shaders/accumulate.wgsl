@@ -38,6 +38,9 @@ fn accumulate(
         enter_pixel(id.xy, lane);
     }
     workgroupBarrier();
+    if skip_tile(tile.xy, lane) {
+        return;
+    }
     weigh_quarters(lane);
     sum_tile(tile.xy, lane);
 }
@@ -190,31 +193,39 @@ fn relight(pixel: vec2<u32>, z: Regressors) -> Relit {
         return relit;
     }
     // In units of centres, which are the middles of their tiles.
-    let place = (vec2<f32>(pixel) + 0.5 - 0.5 * f32(TILE)) / f32(TILE * INNOVATION_TILES);
+    let place = (vec2<f32>(pixel) + 0.5 - 0.5 * f32(TILE)) / f32(TILE * innovation_tiles(frame));
     let corner = vec2<i32>(floor(place));
     let f = place - floor(place);
     var sum = vec4(0.0); // change; weight
     var spread = 0.0;    // what a sample may differ by
+    var changed = 0u;    // a bit for each that says that the light did
     for (var i = 0; i < 4; i++) {
         let step = vec2(i & 1, i >> 1u);
         let centre = corner + step;
-        if any(centre < vec2(0)) || any(centre >= vec2<i32>(innovation_centres(frame.tiles))) {
+        if any(centre < vec2(0)) || any(centre >= vec2<i32>(innovation_centres(frame))) {
             continue;
         }
-        let start = (u32(centre.y) * innovation_centres(frame.tiles).x + u32(centre.x)) * MODEL_STRIDE;
+        let start = (u32(centre.y) * innovation_centres(frame).x + u32(centre.x)) * MODEL_STRIDE;
         let head = innovations[start];
         if head[HEAD_SAMPLES] > 0.0 {
             let sides = select(1.0 - f, f, step == vec2(1));
             let weight = sides.x * sides.y;
             sum.w += weight;
-            if head[HEAD_SIGNIFICANCE] > 0.0 {
-                sum += weight * vec4(predicted_change(start, z), 0.0);
-            }
+            changed |= select(0u, 1u << u32(i), head[HEAD_SIGNIFICANCE] > 0.0);
             spread += weight * sqrt(head[HEAD_SAMPLES] * head[HEAD_VARIANCE]);
         }
     }
     if sum.w <= 0.0 {
         return relit;
+    }
+    while changed != 0u {
+        let i = i32(firstTrailingBit(changed));
+        changed &= changed - 1u;
+        let step = vec2(i & 1, i >> 1u);
+        let centre = vec2<u32>(corner + step);
+        let start = (centre.y * innovation_centres(frame).x + centre.x) * MODEL_STRIDE;
+        let sides = select(1.0 - f, f, step == vec2(1));
+        sum += sides.x * sides.y * vec4(predicted_change(start, z), 0.0);
     }
     let moved = max(old.rgb + sum.rgb / sum.w, vec3(0.0));
     let change = luminance(moved) - luminance(old.rgb);

@@ -28,63 +28,61 @@ const POOL_RADIUS = 2;   // pixels; squares are pooled over 5x5
 const CHANCE = 2.0;
 const GLOSSY = 0.5; // roughness below which no feature tells what a surface shows
 const GROUP = 16;
-const LANES = GROUP * GROUP;
-const BORDER = SMOOTH_RADIUS + POOL_RADIUS;
-const SMOOTH_SIDE = GROUP + 2 * POOL_RADIUS;
-const SIDE = GROUP + 2 * BORDER;
-const CELLS = SIDE * SIDE;
+const CELLS = GROUP * GROUP;
+const SHIFT_FRAMES = 16u;
 
-// The workgroup's pixels and their border, by cell. What is no longer needed makes room for what comes next.
+// The workgroup's pixels, a cell for each invocation. What is no longer needed makes room for what comes next.
 // surfaces: as in the guide, a miss outside of the frame; then sums of three residuals in a row; then of five squares
 // residuals: temporal mean minus prediction, the mean's deviations, as half floats; then squares of both, smoothed over 3x3
 var<workgroup> surfaces: array<vec2<u32>, CELLS>;
 var<workgroup> residuals: array<vec2<u32>, CELLS>;
 var<workgroup> deviations: array<u32, CELLS>; // of the temporal mean: as expected, as found; as half floats
 var<workgroup> links: array<u32, CELLS>;
-var<workgroup> row_counts: array<u32, CELLS>; // pixels with samples in the sums of three
-var<workgroup> row_noises: array<vec2<u32>, GROUP * SMOOTH_SIDE>; // deviations of five in a row, and how many have samples
+var<workgroup> row_counts: array<u32, CELLS>; // pixels with samples: in sums of three, then in those of five
+var<workgroup> row_noises: array<u32, CELLS>; // deviations of five in a row, as half floats
 
-// Bits of a link: which cells to the right and below show the same surface; whether the cell itself has samples.
+// Bits of a link: which cells to the right and below show the same surface, none beyond the workgroup's; whether the cell itself has
+// samples.
 const RIGHT = 1u; // and twice as far: the next bit
 const DOWN = 4u;  // likewise
 const SAMPLED = 16u;
 
 // Sums over a neighbourhood are sums of rows, each of the pixels that go with the one in the middle, where this goes with the
-// middle of all: few pixels differ from those that go with the middle of all themselves.
+// middle of all: few pixels differ from those that go with the middle of all themselves. They end at the workgroup's border, which
+// moves from time to time, so that its pixels, which know less of their neighbourhood, draw no lines.
 @compute @workgroup_size(16, 16)
 fn compose(
-    @builtin(global_invocation_id) id: vec3<u32>,
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_id) local: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let corner = vec2<i32>(group.xy) * GROUP - BORDER;
-    for (var cell = i32(lane); cell < CELLS; cell += LANES) {
-        load_cell(cell, corner + vec2(cell % SIDE, cell / SIDE));
-    }
+    let cell = i32(lane);
+    let place = vec2<i32>(local.xy);
+    let corner = vec2<i32>(group.xy) * GROUP - group_shift(frame.index);
+    let pixel = corner + place;
+    load_cell(cell, pixel);
     workgroupBarrier();
-    for (var cell = i32(lane); cell < CELLS; cell += LANES) {
-        link_cell(vec2(cell % SIDE, cell / SIDE), corner);
-    }
+    link_cell(cell, place, corner);
     workgroupBarrier();
-    for (var i = i32(lane); i < SMOOTH_SIDE * SIDE; i += LANES) {
-        smooth_row(cell_at(vec2(SMOOTH_RADIUS + i % SMOOTH_SIDE, i / SMOOTH_SIDE)));
-    }
+    smooth_row(cell);
     workgroupBarrier();
-    for (var i = i32(lane); i < SMOOTH_SIDE * SMOOTH_SIDE; i += LANES) {
-        smooth_column(cell_at(SMOOTH_RADIUS + vec2(i % SMOOTH_SIDE, i / SMOOTH_SIDE)));
-    }
+    smooth_column(cell);
     workgroupBarrier();
-    for (var i = i32(lane); i < GROUP * SMOOTH_SIDE; i += LANES) {
-        pool_row(i, cell_at(vec2(BORDER + i % GROUP, SMOOTH_RADIUS + i / GROUP)));
-    }
+    pool_row(cell);
     workgroupBarrier();
-    if all(id.xy < frame.size) {
-        compose_pixel(id.xy, vec2<i32>(local.xy));
+    if inside(pixel, frame.current) {
+        compose_pixel(vec2<u32>(pixel), cell);
     }
 }
 
-fn compose_pixel(pixel: vec2<u32>, local: vec2<i32>) {
+// How far the workgroups' grid lies to the left of the frame and above it. It stays for some frames: what moved in each of them
+// would flicker.
+fn group_shift(index: u32) -> vec2<i32> {
+    let random = pcg(index / SHIFT_FRAMES);
+    return vec2<i32>(vec2(random, random >> 4u) & vec2(15u));
+}
+
+fn compose_pixel(pixel: vec2<u32>, cell: i32) {
     let mean = textureLoad(history, pixel, 0);
     let surface = unpack_surface(textureLoad(guide, pixel, 0).xy);
     if is_miss(surface) {
@@ -92,7 +90,7 @@ fn compose_pixel(pixel: vec2<u32>, local: vec2<i32>) {
         return;
     }
     let predicted = unpack_prediction(textureLoad(prediction, pixel, 0).xy);
-    let found = temporal_mix(pool(local), surface, predicted, mean);
+    let found = temporal_mix(pool(cell), surface, predicted, mean);
     let reflectance = demodulator_at(pixel, surface);
     var composed = mix(predicted.signal, mean.rgb, found.share) * reflectance;
     if has(frame, FLAG_EMISSION) && !IS_SPECULAR {
@@ -124,10 +122,6 @@ fn show(pixel: vec2<u32>, found: vec3<f32>, found_deviation: f32, share: f32) {
     }
 }
 
-fn cell_at(place: vec2<i32>) -> i32 {
-    return place.y * SIDE + place.x;
-}
-
 fn load_cell(cell: i32, pixel: vec2<i32>) {
     surfaces[cell] = vec2(0u);
     residuals[cell] = vec2(0u);
@@ -155,8 +149,7 @@ fn pack_halves(values: vec2<f32>) -> u32 {
     return pack2x16float(clamp(values, vec2(-HALF_MAX / 4.0), vec2(HALF_MAX / 4.0)));
 }
 
-fn link_cell(place: vec2<i32>, corner: vec2<i32>) {
-    let cell = cell_at(place);
+fn link_cell(cell: i32, place: vec2<i32>, corner: vec2<i32>) {
     let own = unpack_surface(surfaces[cell]);
     if is_miss(own) {
         return;
@@ -167,8 +160,8 @@ fn link_cell(place: vec2<i32>, corner: vec2<i32>) {
     for (var i = 0u; i < 4u; i++) {
         let reach = 1 + i32(i % 2u);
         let at = place + select(vec2(reach, 0), vec2(0, reach), i >= 2u);
-        if all(at < vec2(SIDE)) {
-            let other = unpack_surface(surfaces[cell_at(at)]);
+        if all(at < vec2(GROUP)) {
+            let other = unpack_surface(surfaces[at.y * GROUP + at.x]);
             let distance = elevation_of(along, vec2<f32>(corner + at), other.depth) - level;
             found |= select(0u, RIGHT << i, same_surface(own, other, distance, LINK_COSINE));
         }
@@ -179,9 +172,9 @@ fn link_cell(place: vec2<i32>, corner: vec2<i32>) {
 // Wider than NORMAL_COSINE: two links must hold where the middle of all would be compared once.
 const LINK_COSINE = 0.8;
 
-// Two cells are linked by a bit of the earlier one.
+// Two cells are linked by a bit of the earlier one. A row's last cells have none to the right.
 fn is_linked(earlier: i32, bit: u32) -> bool {
-    return (links[earlier] & bit) != 0u;
+    return earlier >= 0 && (links[max(earlier, 0)] & bit) != 0u;
 }
 
 fn samples_of(cell: i32) -> u32 {
@@ -210,13 +203,13 @@ fn smooth_row(cell: i32) {
 fn smooth_column(cell: i32) {
     var sum = unpack_halves(surfaces[cell]);
     var count = row_counts[cell];
-    if is_linked(cell - SIDE, DOWN) {
-        sum += unpack_halves(surfaces[cell - SIDE]);
-        count += row_counts[cell - SIDE];
+    if is_linked(cell - GROUP, DOWN) {
+        sum += unpack_halves(surfaces[cell - GROUP]);
+        count += row_counts[cell - GROUP];
     }
     if is_linked(cell, DOWN) {
-        sum += unpack_halves(surfaces[cell + SIDE]);
-        count += row_counts[cell + SIDE];
+        sum += unpack_halves(surfaces[cell + GROUP]);
+        count += row_counts[cell + GROUP];
     }
     let mean = sum / max(f32(count), 1.0);
     // What has no samples itself counts for nothing.
@@ -230,7 +223,7 @@ fn goes_with(cell: i32, distance: i32, step: i32, bit: u32) -> bool {
     return distance == 0 || is_linked(earlier, select(bit, bit << 1u, abs(distance) == 2));
 }
 
-fn pool_row(at: i32, cell: i32) {
+fn pool_row(cell: i32) {
     var squares = vec2(0.0);
     var variances = vec2(0.0);
     var count = 0u;
@@ -243,7 +236,8 @@ fn pool_row(at: i32, cell: i32) {
         }
     }
     surfaces[cell] = bitcast<vec2<u32>>(squares);
-    row_noises[at] = vec2(pack2x16float(sqrt(variances)), count);
+    row_noises[cell] = pack2x16float(sqrt(variances));
+    row_counts[cell] = count;
 }
 
 // Sums over 5x5 pixels.
@@ -253,16 +247,15 @@ struct Pool {
     count: f32,           // pixels with samples
 }
 
-fn pool(local: vec2<i32>) -> Pool {
-    let cell = cell_at(local + BORDER);
+fn pool(cell: i32) -> Pool {
     var sum: Pool;
     for (var y = -POOL_RADIUS; y <= POOL_RADIUS; y++) {
-        if goes_with(cell, y, SIDE, DOWN) {
-            sum.squares += bitcast<vec2<f32>>(surfaces[cell + y * SIDE]);
-            let noises = row_noises[(local.y + POOL_RADIUS + y) * GROUP + local.x];
-            let of_row = unpack2x16float(noises.x);
+        let row = cell + y * GROUP;
+        if goes_with(cell, y, GROUP, DOWN) {
+            sum.squares += bitcast<vec2<f32>>(surfaces[row]);
+            let of_row = unpack2x16float(row_noises[row]);
             sum.variances += of_row * of_row;
-            sum.count += f32(noises.y);
+            sum.count += f32(row_counts[row]);
         }
     }
     return sum;

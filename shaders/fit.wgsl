@@ -18,6 +18,7 @@
 @group(0) @binding(5) var<storage, read_write> models: array<vec4<f32>>;
 @group(0) @binding(6) var<storage, read_write> windows: array<u32>;
 @group(0) @binding(7) var<storage, read_write> coverage: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read> kept: array<u32>;
 
 const OWN_FEATURES = MODEL_OWN_FEATURES;
 const LANES = 32u; // half a wave or all of one: most of what is done is narrow, and waits
@@ -30,6 +31,7 @@ var<workgroup> form: array<f32, COLUMNS>;
 var<workgroup> partial: array<vec2<f32>, LANES>;
 
 // Variance of one sample over its squared mean that is believed; more comes of windows that are all but black.
+const CHOICE_FRAMES = 4u;
 const MOST_NOISE = 1e3;
 
 @compute @workgroup_size(LANES)
@@ -42,10 +44,18 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
     let place = vec2(centre % frame.tiles.x, centre / frame.tiles.x);
     // Under a budget the coarsest models are what remains where there are no others, so each has the widest window.
     let is_base = has(frame, FLAG_LIMITED) && level.x == 0u;
-    let widest = select(frame.widest_window, WIDEST_WINDOW, is_base);
+    let by_ring = has(frame, FLAG_RING_ERROR);
+    var first = select(frame.least_window, 1u, by_ring);
+    var widest = select(frame.widest_window, WIDEST_WINDOW, is_base);
+    // What a tile chose lately it would choose again: it is asked every so many frames, in turns.
+    let known = stored_window(kept[centre]);
+    let is_known = known == frame.least_window || known == frame.widest_window;
+    if is_known && !is_base && !by_ring && (place.x + 2u * place.y + frame.index) % CHOICE_FRAMES != 0u {
+        first = known;
+        widest = known;
+    }
     load_window(place, WINDOW_TILES[widest], lane);
 
-    let by_ring = has(frame, FLAG_RING_ERROR);
     let places = square_quad(lane);
     var squares = vec4(0.0);
     var error = 0.0;  // for the ring error: of the innermost model, then of each model on the ring about its window
@@ -53,9 +63,10 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
     var least = 1e38;
     var chosen = widest;
     var inside = 0u; // the window that the next one is about
-    var size = select(frame.least_window, 1u, by_ring);
+    var size = first;
     loop {
         let ring = vec2(WINDOW_TILES[inside], WINDOW_TILES[size]); // the first of its tiles, and that after the last
+        multiply_means(ring.x, ring.y, lane);
         if by_ring && inside > 0u {
             error += ring_error(ring, places, lane);
             tested += window_weight(ring.x, ring.y);

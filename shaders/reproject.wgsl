@@ -71,7 +71,14 @@ fn reproject(
         enter_pixel(id.xy, lane, follows);
     }
     workgroupBarrier();
-    sum_tile(tile.xy, lane);
+    if skip_tile(tile.xy, lane) {
+        return;
+    }
+    if has(frame, FLAG_INNOVATION) {
+        sum_tile(tile.xy, lane);
+    } else {
+        sum_head(tile.xy, lane);
+    }
 }
 
 // Of one signal, the tile's samples tell whether they are better explained by what their surfaces showed, or by what is seen in
@@ -297,7 +304,7 @@ fn fetch(origin: Origin) -> Fetched {
     var weight = 0.0;
     var sharp = Fetched(vec4(0.0), Noise()); // the deviations take the same weights as the mean, whose noise they stand for
     var range = vec2(HALF_MAX, 0.0);         // of the inner taps' luminance
-    var is_whole = is_between_texels(f);     // all taps belong to the surface and have samples
+    var is_whole = !has(frame, FLAG_BILINEAR) && is_between_texels(f); // all taps belong to the surface and have samples
     for (var i = 0; i < INNER_TAPS || (is_whole && i < TAPS); i++) {
         let step = tap_step(i);
         let w = cubic_weight(cubic[0], step.x) * cubic_weight(cubic[1], step.y);

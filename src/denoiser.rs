@@ -204,6 +204,7 @@ impl Denoiser {
             camera,
             previous,
             limit,
+            savings: settings.savings,
         };
         let uniforms = recording.uniforms(self.frames);
         let frame = &uniform_buffer(device, "quell frame", bytemuck::bytes_of(&uniforms))?;

@@ -28,7 +28,7 @@ pub const SAMPLE_BUCKETS: u64 = 512;
 pub const MODELS: Columns = Columns { features: SURFACE_FEATURES + 2 };
 /// What the moments of the innovation are made of.
 pub const INNOVATIONS: Columns = Columns { features: SURFACE_FEATURES };
-/// Tiles from one centre of the innovation to the next.
+/// Tiles from one centre of the innovation to the next; twice as many where moments are sparse.
 pub const INNOVATION_TILES: u32 = 2;
 /// Floats of a model of either kind: a head of 4, then 3 rows of 12.
 pub const MODEL_STRIDE: u32 = 40;
@@ -63,9 +63,15 @@ pub fn tiles(size: [u32; 2]) -> [u32; 2] {
     size.map(|side| side.div_ceil(TILE))
 }
 
+/// Models of the coarsest level, which are fitted under any budget.
+pub fn least_models(size: [u32; 2]) -> u64 {
+    count(tiles(size).map(|side| side.div_ceil(LEVEL_STRIDES[0])))
+}
+
 /// Centres of the innovation in a frame of `size` pixels.
-pub fn innovation_centres(size: [u32; 2]) -> [u32; 2] {
-    tiles(size).map(|side| side.div_ceil(INNOVATION_TILES))
+pub fn innovation_centres(size: [u32; 2], is_sparse: bool) -> [u32; 2] {
+    let step = if is_sparse { 2 * INNOVATION_TILES } else { INNOVATION_TILES };
+    tiles(size).map(|side| side.div_ceil(step))
 }
 
 /// `[8, 4]` has 32.

@@ -150,7 +150,7 @@ pub use inputs::{FrameInputs, RequiredInputs, SampleMap, Viewport};
 pub use memory::{Allocation, Memory};
 pub use passes::Pipelines;
 pub use profiler::{PassProfiler, PassTimestamps, Timestamps};
-pub use settings::{Budget, Centres, Settings, Windows};
+pub use settings::{Budget, Centres, SAVINGS, Settings, Windows};
 pub use statistics::Statistics;
 
 /// The version of glam that [`Camera`] is made of.

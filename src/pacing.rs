@@ -1,7 +1,7 @@
 //! Where the times come from that a [`Budget::Milliseconds`](crate::Budget) is kept by, and what limit they lead to.
 
 use crate::budget::{Controller, Reading};
-use crate::layout::{self, LEVEL_STRIDES};
+use crate::layout;
 use crate::readback::Readback;
 use crate::{FrameInputs, Notice, Statistics};
 use wgpu::{BufferUsages, ComputePassTimestampWrites, Features, QueryType};
@@ -89,9 +89,7 @@ impl Pacing {
 
 /// The fewest and the most models of a frame of `size` pixels.
 fn bounds(size: [u32; 2]) -> [u32; 2] {
-    let tiles = layout::tiles(size);
-    let coarsest = tiles.map(|side| side.div_ceil(LEVEL_STRIDES[0]));
-    [coarsest, tiles].map(|grid| layout::count(grid) as u32)
+    [layout::least_models(size), layout::count(layout::tiles(size))].map(|models| models as u32)
 }
 
 /// Times frames by timestamps of its own: those that the caller may want take the passes, which have room for one pair.

@@ -5,7 +5,7 @@ use crate::gpu::{FrameUniforms, Recorder, flags};
 use crate::guides::Guides;
 use crate::passes::{
     Pipelines, SignalPasses, accumulate::AccumulateViews, compose::ComposeViews, debug_view::DebugViewViews,
-    fit::FitViews, innovation::InnovationViews, predict::PredictViews, reproject::ReprojectViews,
+    fit::{self, FitViews}, innovation::InnovationViews, predict::PredictViews, reproject::ReprojectViews,
     sample_map::SampleMapViews,
 };
 use crate::scratch::Scratch;
@@ -33,6 +33,8 @@ pub(crate) struct Recording<'a> {
     pub previous: Option<Previous>,
     /// How many models may be fitted.
     pub limit: Option<u32>,
+    /// How many of the [`SAVINGS`](crate::SAVINGS) are taken.
+    pub savings: u32,
 }
 
 /// What of the caller's images belongs to one of the signals.
@@ -114,9 +116,9 @@ impl Recording<'_> {
         let sample_count = inputs.sample_count.unwrap_or(no_uint);
         let hit_distance = inputs.hit_distance.unwrap_or(no_float);
         let size = self.viewport.size;
-        let keeps = |previous: Previous| previous.was_limited && previous.size == size;
         let is_limited = self.limit.is_some();
-        let keeps_models = is_limited && self.previous.is_some_and(keeps);
+        let keeps = |previous: Previous| previous.was_limited == is_limited && previous.size == size;
+        let keeps_models = self.previous.is_some_and(keeps);
 
         signal_state.clear(recorder.encoder, keeps_models);
         for buffer in [coverage, histogram] {
@@ -149,7 +151,7 @@ impl Recording<'_> {
         passes.innovation.record(
             recorder,
             &InnovationViews { moments, innovations },
-            layout::innovation_centres(size),
+            layout::innovation_centres(size, self.saves(1)),
         );
         passes.accumulate.record(
             recorder,
@@ -170,7 +172,7 @@ impl Recording<'_> {
             recorder,
             &FitViews { moments, centre_list, levels, models, windows, coverage, kept, histogram },
             layout::tiles(size),
-            is_limited,
+            self.fit_limit(),
         );
         passes.predict.record(recorder, &PredictViews { guide, models, windows, prediction }, size);
         passes.compose.record(
@@ -224,12 +226,12 @@ impl Recording<'_> {
         let Viewport { origin, size } = self.viewport;
         let conventions = settings.conventions;
         let flag = |set: bool, bit: u32| if set { bit } else { 0 };
+        let saves = |saving| self.saves(saving);
         let four_channels = [TextureFormat::Rgba16Float, TextureFormat::Rgba32Float];
         let motion_depth =
             conventions.motion_has_depth && four_channels.contains(&inputs.motion.texture().format());
         let wants_error =
             inputs.sample_map.is_some() || matches!(inputs.debug, Some((DebugView::OutputError, _)));
-        let signals = if inputs.specular.is_some() { 2 } else { 1 };
         let mut uniforms = FrameUniforms {
             far: settings.far,
             size,
@@ -242,14 +244,16 @@ impl Recording<'_> {
                 | flag(previous.is_some(), flags::HISTORY)
                 | flag(motion_depth, flags::MOTION_DEPTH)
                 | flag(settings.mix_temporal_mean, flags::MIX)
-                | flag(settings.innovation, flags::INNOVATION)
+                | flag(saves(0), flags::BILINEAR)
+                | flag(saves(1), flags::SPARSE)
+                | flag(settings.innovation && !saves(2), flags::INNOVATION)
                 | flag(limit.is_some(), flags::LIMITED)
                 | flag(settings.windows == Windows::RingError, flags::RING_ERROR)
                 | flag(wants_error, flags::ERROR)
                 | flag(matches!(inputs.debug, Some((DebugView::MixWeight, _))), flags::SHOW_MIX),
             sample_budget: inputs.sample_map.map_or(0.0, |map| map.samples_per_pixel),
             dark_level: inputs.sample_map.map_or(0.0, |map| map.dark_level),
-            model_limit: limit.map_or(u32::MAX, |limit| limit / signals),
+            model_limit: self.model_limit().unwrap_or(u32::MAX),
             debug_view: inputs.debug.map_or(0, |(view, _)| view as u32),
             ..FrameUniforms::zeroed()
         };
@@ -259,6 +263,26 @@ impl Recording<'_> {
         uniforms.set_windows(settings.windows, settings.centres);
         conventions.enter(&mut uniforms, self.camera.clip_from_view);
         uniforms
+    }
+
+    /// What of the budget is left for finer levels than the coarsest.
+    fn fit_limit(&self) -> fit::Limit {
+        match self.model_limit() {
+            None => fit::Limit::None,
+            Some(limit) if u64::from(limit) <= layout::least_models(self.viewport.size) => fit::Limit::Coarsest,
+            Some(_) => fit::Limit::Chosen,
+        }
+    }
+
+    /// How many models each signal may have.
+    fn model_limit(&self) -> Option<u32> {
+        let signals = if self.inputs.specular.is_some() { 2 } else { 1 };
+        self.limit.map(|limit| limit / signals)
+    }
+
+    /// Whether one of the [`SAVINGS`](crate::SAVINGS) is taken.
+    fn saves(&self, saving: u32) -> bool {
+        saving < self.savings
     }
 
     /// Where the models of each signal are counted.

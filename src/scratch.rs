@@ -39,7 +39,7 @@ impl Scratch {
             innovations: buffer(
                 device,
                 "quell innovations",
-                layout::models(layout::count(layout::innovation_centres(size))),
+                layout::models(layout::count(layout::innovation_centres(size, false))),
             ),
             coverage: words(device, "quell coverage", tiles, BufferUsages::COPY_DST),
             centre_list: buffer(device, "quell centre list", tiles),

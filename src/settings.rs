@@ -2,6 +2,16 @@
 
 use crate::{Conventions, FrameError};
 
+/// What frames may do for less time, in the order of what the image loses for the time that is won. Each of them keeps to what those
+/// before it do.
+///
+/// | saving | instead of | shows as |
+/// | --- | --- | --- |
+/// | bilinear history | twelve cubic taps where all belong to the surface | blur while the camera moves; less noise |
+/// | sparse moments | models that look at all tiles of 8x8 pixels, not at every other one | noisier, fewer models; changes of the light are noticed later |
+/// | no relighting | predicting the change of the light | what a light left behind fades over [`Settings::max_history`] |
+pub const SAVINGS: [&str; 3] = ["bilinear history", "sparse moments", "no relighting"];
+
 /// How each model's window is chosen, among the tile of 8x8 pixels that is its centre with its four neighbours, 3x3 tiles, and,
 /// in frames of at least 320 pixels each way, 5x5 tiles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -102,6 +112,11 @@ pub struct Settings {
     pub debug_specular: bool,
     /// How many models may be fitted (default: as many as the image needs).
     pub budget: Budget,
+    /// How many of the [`SAVINGS`](crate::SAVINGS) are taken in every frame: the first so many of them, 0 to 3, default 0.
+    pub savings: u32,
+    /// How many of the [`SAVINGS`](crate::SAVINGS) a budget of time may take at most, 0 to 3, default 3. Fewer than
+    /// [`savings`](Self::savings) count as these.
+    pub most_savings: u32,
 }
 
 impl Default for Settings {
@@ -117,6 +132,8 @@ impl Default for Settings {
             mix_temporal_mean: true,
             debug_specular: false,
             budget: Budget::Unlimited,
+            savings: 0,
+            most_savings: SAVINGS.len() as u32,
         }
     }
 }
@@ -185,6 +202,16 @@ impl Settings {
         Self { debug_specular, ..self }
     }
 
+    /// Sets [`savings`](Self::savings).
+    pub fn with_savings(self, savings: u32) -> Self {
+        Self { savings, ..self }
+    }
+
+    /// Sets [`most_savings`](Self::most_savings).
+    pub fn with_most_savings(self, most_savings: u32) -> Self {
+        Self { most_savings, ..self }
+    }
+
     /// Sets [`budget`](Self::budget).
     pub fn with_budget(self, budget: Budget) -> Self {
         Self { budget, ..self }
@@ -213,6 +240,11 @@ impl Settings {
         }
         if self.firefly_limit.is_nan() || self.firefly_limit <= 0.0 {
             return refuse("firefly_limit", "a number above 0", self.firefly_limit);
+        }
+        for (setting, savings) in [("savings", self.savings), ("most_savings", self.most_savings)] {
+            if savings > SAVINGS.len() as u32 {
+                return refuse(setting, "0 to 3", savings as f32);
+            }
         }
         if let Budget::Milliseconds(target) = self.budget
             && !(target.is_finite() && target > 0.0)

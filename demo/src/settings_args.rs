@@ -28,6 +28,9 @@ pub struct SettingsArgs {
     /// Milliseconds that a frame may take on the GPU, kept by the number of models
     #[arg(long, value_name = "MS", value_parser = crate::cli::positive)]
     pub budget_ms: Option<f32>,
+    /// How many savings are taken, 0 to 3: bilinear history, sparse moments, no relighting
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=quell::SAVINGS.len() as i64))]
+    pub savings: Option<u32>,
     /// Show the models' prediction alone
     #[arg(long)]
     pub no_mix: bool,
@@ -46,6 +49,7 @@ impl SettingsArgs {
             .with_innovation(!self.no_innovation)
             .with_mix_temporal_mean(!self.no_mix)
             .with_budget(self.budget())
+            .with_savings(self.savings.unwrap_or(defaults.savings))
     }
 
     fn budget(&self) -> Budget {

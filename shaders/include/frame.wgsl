@@ -69,6 +69,8 @@ const FLAG_NORMAL_OCTAHEDRAL = 1048576u;
 const FLAG_NORMAL_VIEW = 2097152u;
 const FLAG_NORMAL_MIRRORED = 4194304u;  // along z
 const FLAG_NORMAL_ALONE = 8388608u;     // without roughness in w
+const FLAG_BILINEAR = 16777216u;        // what saves time: history is resampled bilinearly everywhere,
+const FLAG_SPARSE = 33554432u;          // and only some tiles have moments (include/tile_moments)
 
 // Whether the pass works on the radiance that left the first hit through the specular lobe. Compiled apart, so that it costs
 // nothing where there is one signal.

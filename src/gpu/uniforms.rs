@@ -32,6 +32,8 @@ pub mod flags {
     pub const NORMAL_VIEW: u32 = 2_097_152;
     pub const NORMAL_MIRRORED: u32 = 4_194_304;
     pub const NORMAL_ALONE: u32 = 8_388_608;
+    pub const BILINEAR: u32 = 16_777_216;
+    pub const SPARSE: u32 = 33_554_432;
 }
 
 /// WGSL `View`.

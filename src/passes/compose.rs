@@ -3,6 +3,9 @@
 use crate::gpu::{Compiler, Kernel, KernelDescriptor, Kind, Recorder, SPECULAR};
 use wgpu::{BindingResource, TextureFormat, TextureView};
 
+/// Pixels on a side of a workgroup.
+const GROUP: u32 = 16;
+
 /// What the pass is made of.
 pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
     name: "compose",
@@ -20,8 +23,8 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("error", Kind::Storage(TextureFormat::R32Uint)),
         ("mix_weight", Kind::Storage(TextureFormat::R32Uint)),
     ],
-    workgroup: [16, 16],
-    covers: [16, 16],
+    workgroup: [GROUP, GROUP],
+    covers: [GROUP, GROUP],
 };
 
 /// What the pass reads and writes; named as in the WGSL.
@@ -69,6 +72,7 @@ impl Compose {
             BindingResource::TextureView(views.error),
             BindingResource::TextureView(views.mix_weight),
         ];
-        self.0.record(recorder, &resources, extent);
+        // The workgroups' grid begins up to one of them outside.
+        self.0.record(recorder, &resources, extent.map(|side| side + GROUP - 1));
     }
 }

@@ -19,6 +19,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("models", Kind::BufferMut),
         ("windows", Kind::BufferMut),
         ("coverage", Kind::BufferMut),
+        ("kept", Kind::Buffer),
     ],
     workgroup: [32, 1],
     covers: [1, 1],
@@ -37,6 +38,17 @@ pub struct FitViews<'a> {
     pub coverage: &'a Buffer,
     pub kept: &'a Buffer,
     pub histogram: &'a Buffer,
+}
+
+/// How many models may be fitted; all but the first with the frame's flag `LIMITED`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Limit {
+    /// As many as are needed.
+    None,
+    /// No more than the frame says: finer levels get what is left.
+    Chosen,
+    /// Those of the coarsest level.
+    Coarsest,
 }
 
 /// The pass: for each level, a dispatch that lists centres and one that fits their models. Under a budget, two list the centres
@@ -71,17 +83,18 @@ impl Fit {
         }
     }
 
-    /// Records the pass over `extent` tiles; `limited` where the frame's flag `LIMITED` is set.
-    pub fn record(&self, recorder: &mut Recorder<'_>, views: &FitViews<'_>, extent: [u32; 2], limited: bool) {
-        let groups: [_; LEVELS] = std::array::from_fn(|level| {
-            let is_chosen = limited && level > 0;
+    /// Records the pass over `extent` tiles.
+    pub fn record(&self, recorder: &mut Recorder<'_>, views: &FitViews<'_>, extent: [u32; 2], limit: Limit) {
+        let levels = if limit == Limit::Coarsest { 1 } else { LEVELS };
+        let groups = Vec::from_iter((0..levels).map(|level| {
+            let is_chosen = limit == Limit::Chosen && level > 0;
             let list = if is_chosen {
                 self.bind_choice(recorder, views, level)
             } else {
                 vec![self.bind_centres(recorder, views, level)]
             };
             (list, self.bind_fit(recorder, views, level))
-        });
+        }));
         recorder.pass(DESCRIPTOR.name, |pass| {
             for (level, (list, fit)) in groups.iter().enumerate() {
                 let cells = extent.map(|side| side.div_ceil(LEVEL_STRIDES[level]));
@@ -123,8 +136,8 @@ impl Fit {
     }
 
     fn bind_fit(&self, recorder: &Recorder<'_>, views: &FitViews<'_>, level: usize) -> BindGroup {
-        let FitViews { moments, centre_list, levels, models, windows, coverage, .. } = *views;
-        let resources = [&self.numbers[level], moments, centre_list, levels, models, windows, coverage];
+        let FitViews { moments, centre_list, levels, models, windows, coverage, kept, .. } = *views;
+        let resources = [&self.numbers[level], moments, centre_list, levels, models, windows, coverage, kept];
         self.fit.bind(recorder, &resources.map(Buffer::as_entire_binding))
     }
 }

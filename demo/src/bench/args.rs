@@ -3,6 +3,7 @@
 use super::{BenchOptions, Motion};
 use crate::cli::{finite, size};
 use crate::method::Method;
+use crate::settings_args::SettingsArgs;
 use crate::split_args::SplitArgs;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -37,6 +38,8 @@ pub struct BenchArgs {
     pub baseline: Option<Method>,
     #[command(flatten)]
     pub split: SplitArgs,
+    #[command(flatten)]
+    pub settings: SettingsArgs,
     /// Folder for the results, created where needed
     #[arg(long, value_name = "DIR", required_unless_present = "compare")]
     pub out: Option<PathBuf>,
@@ -64,6 +67,7 @@ impl BenchArgs {
             methods,
             baseline: self.baseline,
             split: self.split.split(),
+            settings: self.settings.settings(f32::INFINITY),
             out: self.out.expect("demanded of all that time"),
         }
     }

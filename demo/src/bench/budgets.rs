@@ -14,7 +14,7 @@ use crate::render::progress_bar;
 use crate::split_args::SplitArgs;
 use crate::table::aligned;
 use anyhow::{Context, Result};
-use quell::{Budget, Settings, Statistics};
+use quell::{Budget, SAVINGS, Settings, Statistics};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -35,7 +35,9 @@ pub struct BudgetsArgs {
 }
 
 /// Of what a frame comes to without a budget, in percent.
-const SHARES: [u32; 4] = [100, 75, 50, 25];
+const SHARES: [u32; 4] = [75, 50, 25, 0];
+/// Likewise, of the time.
+const TIME_SHARES: [u32; 5] = [100, 85, 70, 60, 50];
 /// Rounds where nothing has to settle; the first two thirds only warm up.
 const UNPACED_ROUNDS: u32 = 3;
 /// Each round begins with a cut, whose frames take longer; what is measured is the steady state after it.
@@ -95,23 +97,32 @@ fn of_capture(gpu: &Gpu, folder: &Path, args: &BudgetsArgs) -> Result<CaptureRep
     let header = *reader.header();
     let frames = (0..reader.len()).map(|i| reader.read(i)).collect::<std::result::Result<Vec<_>, _>>()?;
     let played = Played { gpu, reader: &reader, frames: &frames, split: args.split.split() };
-    let progress = progress_bar(1 + 2 * SHARES.len() as u64, "budgets");
-    let run = |name: String, budget, rounds| {
-        let row = played.row(name, Settings::default().with_far(header.far).with_budget(budget), rounds);
+    let progress = progress_bar((1 + SHARES.len() + SAVINGS.len() + TIME_SHARES.len()) as u64, "budgets");
+    let run = |name: String, settings: Settings, rounds| {
+        let row = played.row(name, settings.with_far(header.far), rounds);
         progress.inc(1);
         row.with_context(|| folder.display().to_string())
     };
-    let full = run("unlimited".to_owned(), Budget::Unlimited, UNPACED_ROUNDS)?;
+    let default = Settings::default();
+    let full = run("unlimited".to_owned(), default, UNPACED_ROUNDS)?;
     let mut rows = vec![full.clone()];
     for share in SHARES {
         let models = (full.models * f64::from(share) / 100.0).round() as u32;
-        rows.push(run(format!("{models} models, {share} %"), Budget::Models(models), UNPACED_ROUNDS)?);
+        let settings = default.with_budget(Budget::Models(models));
+        rows.push(run(format!("{models} models, {share} %"), settings, UNPACED_ROUNDS)?);
     }
-    for share in SHARES {
+    for (savings, saving) in (1..).zip(SAVINGS) {
+        // The first is taken before models are given up, the others after.
+        let budget = if savings == 1 { Budget::Unlimited } else { Budget::Models(0) };
+        let settings = default.with_budget(budget).with_savings(savings);
+        let name = format!("{savings} savings: {saving}");
+        rows.push(run(name, settings, UNPACED_ROUNDS)?);
+    }
+    for share in TIME_SHARES {
         let target_ms = (full.frame_ms.median * f64::from(share) / 100.0) as f32;
         rows.push(run(
             format!("{target_ms:.2} ms, {share} %"),
-            Budget::Milliseconds(target_ms),
+            default.with_budget(Budget::Milliseconds(target_ms)),
             args.rounds,
         )?);
     }

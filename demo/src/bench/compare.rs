@@ -21,6 +21,9 @@ struct Bench {
     /// Not in older results, which are of a walk.
     #[serde(default = "walk")]
     motion: String,
+    /// Where they are not the default.
+    #[serde(default)]
+    settings: Option<String>,
     spp: u32,
     warm_up: u32,
     frames: u32,
@@ -104,6 +107,7 @@ fn differences(a: &Bench, b: &Bench) -> Vec<String> {
         let (a, b) = (a.to_string(), b.to_string());
         (a != b).then(|| format!("{name}: {a}, {b}"))
     };
+    let settings = |bench: &Bench| bench.settings.clone().unwrap_or_else(|| "default".to_owned());
     let rows = [
         text("adapter", &a.machine.adapter, &b.machine.adapter),
         text("driver", &a.machine.driver_info, &b.machine.driver_info),
@@ -112,6 +116,7 @@ fn differences(a: &Bench, b: &Bench) -> Vec<String> {
         text("scene", &a.scene, &b.scene),
         text("first frame in seconds", &a.start_s, &b.start_s),
         text("motion", &a.motion, &b.motion),
+        text("settings", &settings(a), &settings(b)),
         text("samples per pixel", &a.spp, &b.spp),
         text("frames of warm-up", &a.warm_up, &b.warm_up),
         text("frames", &a.frames, &b.frames),

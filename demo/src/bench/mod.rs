@@ -50,6 +50,8 @@ pub struct BenchOptions {
     pub baseline: Option<Method>,
     /// What quell gets apart.
     pub split: Split,
+    /// quell's.
+    pub settings: Settings,
     /// Folder for the results, created where needed.
     pub out: PathBuf,
 }
@@ -112,6 +114,7 @@ pub fn bench(gpu: &Gpu, options: &BenchOptions) -> Result<BenchReport> {
         scene,
         start_s: options.start_s,
         motion: options.motion,
+        settings: (options.settings != Settings::default()).then(|| format!("{:?}", options.settings)),
         spp: SPP,
         warm_up: options.warm_up,
         frames: options.frames,
@@ -202,7 +205,6 @@ fn time_size(
 ) -> Result<SizeReport> {
     let most_passes = runners.iter().map(|runner| runner.passes().len()).max().unwrap_or_default();
     let stopwatch = Stopwatch::new(gpu, most_passes);
-    let settings = Settings::default();
     let mut recorders: Vec<_> = runners.iter().map(|_| MethodRecorder::default()).collect();
     let frames = options.warm_up + options.frames;
     let progress = progress_bar(frames.into(), "timing");
@@ -210,7 +212,7 @@ fn time_size(
     for i in 0..frames {
         trace(gpu, walk, i)?;
         let restarts = walk.is_cut(i) || options.motion == Motion::Cut;
-        let frame = MethodFrame::new(walk.gbuffer(), walk.view(i).camera, restarts, &settings);
+        let frame = MethodFrame::new(walk.gbuffer(), walk.view(i).camera, restarts, &options.settings);
         for turn in 0..runners.len() {
             // Another one begins with every frame: whoever follows the tracer may find other caches and clocks.
             let which = (turn + i as usize) % runners.len();
@@ -271,6 +273,7 @@ mod tests {
             methods: vec![method],
             baseline: None,
             split: Split::None,
+            settings: Settings::default(),
             out: PathBuf::new(),
         }
     }

@@ -20,6 +20,8 @@ pub struct BenchReport {
     pub scene: String,
     pub start_s: f32,
     pub motion: Motion,
+    /// quell's, where they are not the default.
+    pub settings: Option<String>,
     pub spp: u32,
     /// Untimed frames before the timed ones.
     pub warm_up: u32,
@@ -178,6 +180,7 @@ impl BenchReport {
             "{machine}- walk: {scene} from {start_s} s{motion}, {spp} spp, {frames} frames after {warm_up} of warm-up; methods take \
              turns frame by frame\n- clock: {clock}\n"
         );
+        let _ = self.settings.as_ref().map(|settings| writeln!(out, "- quell's settings: {settings}"));
         let _ = self.note.map(|note| writeln!(out, "- note: {note}"));
         for SkippedSize { width, height, reason } in &self.skipped {
             let _ = writeln!(out, "- skipped: {width}x{height}: {reason}");
@@ -332,6 +335,7 @@ mod tests {
             scene: "test".to_owned(),
             start_s: 0.0,
             motion: Motion::Cut,
+            settings: Some("odd".to_owned()),
             spp: 1,
             warm_up: 1,
             frames: 1,

@@ -18,6 +18,7 @@ use anyhow::{Context, Result};
 use growth::Growth;
 use pace::{Pace, pace};
 use power::power_state;
+use quell::Settings;
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -86,6 +87,7 @@ pub fn measure(gpu: &Gpu, args: &MeasureArgs) -> Result<MeasureReport> {
         methods: methods.to_vec(),
         baseline: None,
         split: args.split.split(),
+        settings: Settings::default(),
         out: args.out.join(folder),
     };
     let before = power_state();
