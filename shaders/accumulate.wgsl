@@ -218,7 +218,8 @@ fn relight(pixel: vec2<u32>, z: Regressors) -> Relit {
     if sum.w <= 0.0 {
         return relit;
     }
-    while changed != 0u {
+    // Not within the loop above: a CPU takes a loop's end, but no branch past a body.
+    for (var round = 0; round < 4 && changed != 0u; round++) {
         let i = i32(firstTrailingBit(changed));
         changed &= changed - 1u;
         let step = vec2(i & 1, i >> 1u);

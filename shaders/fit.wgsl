@@ -31,7 +31,6 @@ var<workgroup> form: array<f32, COLUMNS>;
 var<workgroup> partial: array<vec2<f32>, LANES>;
 
 // Variance of one sample over its squared mean that is believed; more comes of windows that are all but black.
-const CHOICE_FRAMES = 4u;
 const MOST_NOISE = 1e3;
 
 @compute @workgroup_size(LANES)
@@ -47,10 +46,9 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
     let by_ring = has(frame, FLAG_RING_ERROR);
     var first = select(frame.least_window, 1u, by_ring);
     var widest = select(frame.widest_window, WIDEST_WINDOW, is_base);
-    // What a tile chose lately it would choose again: it is asked every so many frames, in turns.
+    // What a tile chose lately it would choose again.
     let known = stored_window(kept[centre]);
-    let is_known = known == frame.least_window || known == frame.widest_window;
-    if is_known && !is_base && !by_ring && (place.x + 2u * place.y + frame.index) % CHOICE_FRAMES != 0u {
+    if !is_base && !by_ring && is_settled(known, place) {
         first = known;
         widest = known;
     }
@@ -66,7 +64,6 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
     var size = first;
     loop {
         let ring = vec2(WINDOW_TILES[inside], WINDOW_TILES[size]); // the first of its tiles, and that after the last
-        multiply_means(ring.x, ring.y, lane);
         if by_ring && inside > 0u {
             error += ring_error(ring, places, lane);
             tested += window_weight(ring.x, ring.y);
@@ -117,6 +114,15 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
         cover(place, chosen, lane);
     }
 }
+
+// Whether a tile need not choose its window: it does in one of so many frames, in turns. A function, so that tests/cost can leave it out
+// of frames in which all choose.
+fn is_settled(known: u32, place: vec2<u32>) -> bool {
+    let may_be_chosen = known == frame.least_window || known == frame.widest_window;
+    return may_be_chosen && (place.x + 2u * place.y + frame.index) % CHOICE_FRAMES != 0u;
+}
+
+const CHOICE_FRAMES = 4u;
 
 // Squared error, summed over the ring about a window, of the model that knows the window inside it only: exactly what predicting
 // pixel by pixel would find. The error is a linear form of the columns, so its square needs first and second moments only.

@@ -1,5 +1,4 @@
 // innovation: predicts the change of the light from the change of the samples, linear models at every other tile.
-// Where it is not asked for, only the noise is noted, by which fireflies are told.
 //
 // Reads   moments, of the change.
 // Writes  innovations (layout: include/innovations)
@@ -30,17 +29,10 @@ fn innovation(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocatio
     let samples = load_window(centre.xy * innovation_tiles(frame), MOST_TILES, lane);
     // An empty window solves a harmless system instead of leaving uniform control flow.
     let weight = select(1.0, window_weight(0u, MOST_TILES), samples > 0.0);
-    let start = (centre.y * innovation_centres(frame).x + centre.x) * MODEL_STRIDE;
-    if !has(frame, FLAG_INNOVATION) {
-        if lane == 0u {
-            write_head(start, samples, window_moment(TILE_VARIANCE, 0u, MOST_TILES) / weight, 0.0);
-        }
-        return;
-    }
     if lane < TILE_SQUARES {
         means[lane] = window_moment(lane, 0u, MOST_TILES) / weight; // of columns: about the origin
     }
-    multiply_means(0u, MOST_TILES, lane);
+    workgroupBarrier();
     if lane < SQUARE_QUADS {
         let places = square_quad(lane);
         var of_means: vec4<f32>;
@@ -64,12 +56,7 @@ fn innovation(@builtin(workgroup_id) centre: vec3<u32>, @builtin(local_invocatio
         significance = significant_share(samples, weight);
     }
     workgroupBarrier();
-    if lane == 0u {
-        write_head(start, samples, means[TILE_VARIANCE], significance);
-    }
-    if lane < CHANNELS * MODEL_ROW {
-        innovations[start + 1u + lane] = significance * model_part(lane / MODEL_ROW, lane % MODEL_ROW);
-    }
+    write_model((centre.y * innovation_centres(frame).x + centre.x) * MODEL_STRIDE, samples, lane);
 }
 
 fn column_mean(column: u32) -> f32 {
@@ -104,7 +91,7 @@ fn significant_share(samples: f32, weight: f32) -> f32 {
     let variance = max(residual, expected);
     let x = log(1.0 + means[TILE_LENGTH]);
     let chance = unknowns + 2.0 * sqrt(unknowns * x) + 2.0 * x;
-    if samples <= unknowns || explained <= 0.0 {
+    if !has(frame, FLAG_INNOVATION) || samples <= unknowns || explained <= 0.0 {
         return 0.0;
     }
     let doubt = chance * variance / explained;
@@ -130,6 +117,11 @@ fn luminance_square() -> f32 {
     return sum;
 }
 
-fn write_head(start: u32, samples: f32, variance: f32, significant: f32) {
-    innovations[start] = vec4(samples, variance, significant, 0.0);
+fn write_model(start: u32, samples: f32, lane: u32) {
+    if lane == 0u {
+        innovations[start] = vec4(samples, means[TILE_VARIANCE], significance, 0.0);
+    }
+    if lane < CHANNELS * MODEL_ROW {
+        innovations[start + 1u + lane] = significance * model_part(lane / MODEL_ROW, lane % MODEL_ROW);
+    }
 }

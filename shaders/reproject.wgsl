@@ -74,11 +74,7 @@ fn reproject(
     if skip_tile(tile.xy, lane) {
         return;
     }
-    if has(frame, FLAG_INNOVATION) {
-        sum_tile(tile.xy, lane);
-    } else {
-        sum_head(tile.xy, lane);
-    }
+    sum_tile(tile.xy, lane);
 }
 
 // Of one signal, the tile's samples tell whether they are better explained by what their surfaces showed, or by what is seen in
@@ -267,8 +263,30 @@ const STILL_PX = 0.5;
 // Difference of nearness by which one reflected thing is told from another in a mirror, the rounding of the code included.
 const NEARNESS_TOLERANCE = 0.01;
 
-// `level` is how far along its normal the origin lies: one plane for all taps.
-fn tap_belongs(texel: vec2<i32>, origin: Origin, level: f32) -> bool {
+// The tangent plane of an origin, one for all taps. Where hit distances are followed, taps are compared with it by their positions
+// instead, which takes longer and fewer registers: there none are left.
+struct Plane {
+    along: Elevation,
+    level: f32,
+}
+
+fn plane_of(origin: Origin) -> Plane {
+    var plane: Plane;
+    plane.level = dot(origin.surface.normal, origin.position);
+    if !HAS_REFLECTIONS {
+        plane.along = elevation_along(frame.previous, origin.surface.normal);
+    }
+    return plane;
+}
+
+fn off_plane(plane: Plane, normal: vec3<f32>, texel: vec2<f32>, depth: f32) -> f32 {
+    if HAS_REFLECTIONS {
+        return dot(normal, position_of(frame.previous, texel, depth)) - plane.level;
+    }
+    return elevation_of(plane.along, texel, depth) - plane.level;
+}
+
+fn tap_belongs(texel: vec2<i32>, origin: Origin, plane: Plane) -> bool {
     if !inside(texel, frame.previous) {
         return false;
     }
@@ -284,7 +302,7 @@ fn tap_belongs(texel: vec2<i32>, origin: Origin, level: f32) -> bool {
         }
     }
     let normal = origin.surface.normal;
-    let distance = dot(normal, position_of(frame.previous, vec2<f32>(texel), tap.depth)) - level;
+    let distance = off_plane(plane, normal, vec2<f32>(texel), tap.depth);
     return dot(tap.normal, normal) > REPROJECTED_NORMAL_COSINE && abs(distance) < origin.tolerance;
 }
 
@@ -299,7 +317,7 @@ fn fetch(origin: Origin) -> Fetched {
     let base = vec2<i32>(floor(origin.texel));
     let f = origin.texel - floor(origin.texel);
     let cubic = array(catmull_rom_weights(f.x), catmull_rom_weights(f.y));
-    let level = dot(origin.surface.normal, origin.position);
+    let plane = plane_of(origin);
     var plain = Fetched(vec4(0.0), Noise());
     var weight = 0.0;
     var sharp = Fetched(vec4(0.0), Noise()); // the deviations take the same weights as the mean, whose noise they stand for
@@ -314,7 +332,7 @@ fn fetch(origin: Origin) -> Fetched {
         let texel = base + step;
         let mean = textureLoad(history, texel, 0); // any value outside of the frame, where no tap belongs
         // One that was never sampled has a surface but no mean.
-        if mean.w <= 0.0 || !tap_belongs(texel, origin, level) {
+        if mean.w <= 0.0 || !tap_belongs(texel, origin, plane) {
             is_whole = false;
             continue;
         }

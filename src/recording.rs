@@ -246,7 +246,7 @@ impl Recording<'_> {
                 | flag(settings.mix_temporal_mean, flags::MIX)
                 | flag(saves(0), flags::BILINEAR)
                 | flag(saves(1), flags::SPARSE)
-                | flag(settings.innovation && !saves(2), flags::INNOVATION)
+                | flag(settings.innovation, flags::INNOVATION)
                 | flag(limit.is_some(), flags::LIMITED)
                 | flag(settings.windows == Windows::RingError, flags::RING_ERROR)
                 | flag(wants_error, flags::ERROR)

@@ -9,8 +9,7 @@ use crate::{Conventions, FrameError};
 /// | --- | --- | --- |
 /// | bilinear history | twelve cubic taps where all belong to the surface | blur while the camera moves; less noise |
 /// | sparse moments | models that look at all tiles of 8x8 pixels, not at every other one | noisier, fewer models; changes of the light are noticed later |
-/// | no relighting | predicting the change of the light | what a light left behind fades over [`Settings::max_history`] |
-pub const SAVINGS: [&str; 3] = ["bilinear history", "sparse moments", "no relighting"];
+pub const SAVINGS: [&str; 2] = ["bilinear history", "sparse moments"];
 
 /// How each model's window is chosen, among the tile of 8x8 pixels that is its centre with its four neighbours, 3x3 tiles, and,
 /// in frames of at least 320 pixels each way, 5x5 tiles.
@@ -112,9 +111,9 @@ pub struct Settings {
     pub debug_specular: bool,
     /// How many models may be fitted (default: as many as the image needs).
     pub budget: Budget,
-    /// How many of the [`SAVINGS`](crate::SAVINGS) are taken in every frame: the first so many of them, 0 to 3, default 0.
+    /// How many of the [`SAVINGS`](crate::SAVINGS) are taken in every frame: the first so many of them, 0 to 2, default 0.
     pub savings: u32,
-    /// How many of the [`SAVINGS`](crate::SAVINGS) a budget of time may take at most, 0 to 3, default 3. Fewer than
+    /// How many of the [`SAVINGS`](crate::SAVINGS) a budget of time may take at most, 0 to 2, default 2. Fewer than
     /// [`savings`](Self::savings) count as these.
     pub most_savings: u32,
 }
@@ -243,7 +242,7 @@ impl Settings {
         }
         for (setting, savings) in [("savings", self.savings), ("most_savings", self.most_savings)] {
             if savings > SAVINGS.len() as u32 {
-                return refuse(setting, "0 to 3", savings as f32);
+                return refuse(setting, "0 to 2", savings as f32);
             }
         }
         if let Budget::Milliseconds(target) = self.budget

@@ -28,7 +28,7 @@ pub struct SettingsArgs {
     /// Milliseconds that a frame may take on the GPU, kept by the number of models
     #[arg(long, value_name = "MS", value_parser = crate::cli::positive)]
     pub budget_ms: Option<f32>,
-    /// How many savings are taken, 0 to 3: bilinear history, sparse moments, no relighting
+    /// How many savings are taken, 0 to 2: bilinear history, sparse moments
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=quell::SAVINGS.len() as i64))]
     pub savings: Option<u32>,
     /// Show the models' prediction alone

@@ -53,17 +53,6 @@ fn skip_tile(tile: vec2<u32>, lane: u32) -> bool {
     return skips;
 }
 
-// Writes no more of the tile than its weight and noises. Call after a barrier that follows each lane's writes.
-fn sum_head(tile: vec2<u32>, lane: u32) {
-    if lane == 0u {
-        var sum = vec4(0.0);
-        for (var i = 0u; i < TILE_PIXELS; i++) {
-            sum += weights[i] * vec4(1.0, noises[i]);
-        }
-        moments[(tile.y * frame.tiles.x + tile.x) * TILE_STRIDE] = vec4(sum.x, sum.yzw / max(sum.x, 1e-30));
-    }
-}
-
 // Call from uniform control flow, after a barrier that follows each lane's writes.
 fn sum_tile(tile: vec2<u32>, lane: u32) {
     let root = sqrt(weights[lane]);

@@ -79,6 +79,10 @@ fn window_weight(begin: u32, end: u32) -> f32 {
     return sum;
 }
 
+fn window_mean(tile: u32, column: u32) -> f32 {
+    return window[tile][1u + column / 4u][column % 4u];
+}
+
 // Weighted sum of one of the tiles' entries (of the weight: the weight; of a mean: about the origin) over some of the tiles.
 fn window_moment(entry: u32, begin: u32, end: u32) -> f32 {
     var sum = 0.0;
@@ -88,48 +92,15 @@ fn window_moment(entry: u32, begin: u32, end: u32) -> f32 {
     return sum;
 }
 
-// Products of the tiles' means are summed in blocks of 4x4, by lanes that share the tiles.
-const WINDOW_BLOCKS = MEAN_QUADS * (MEAN_QUADS + 1u) / 2u; // pairs of quads: 00, 01, 11, 02, 12, 22, ..
-const WINDOW_SHARES = LANES / WINDOW_BLOCKS;
-
-var<workgroup> window_products: array<mat4x4<f32>, WINDOW_SHARES * WINDOW_BLOCKS>;
-
-fn block_of(quads: vec2<u32>) -> u32 {
-    return quads.y * (quads.y + 1u) / 2u + quads.x;
-}
-
-// Call from uniform control flow, before `window_squares` of the same tiles and a barrier after what it read before.
-fn multiply_means(begin: u32, end: u32, lane: u32) {
-    let share = lane / WINDOW_BLOCKS;
-    if share < WINDOW_SHARES {
-        let block = lane % WINDOW_BLOCKS;
-        let second = select(select(0u, 1u, block >= 1u), select(2u, 3u, block >= 6u), block >= 3u);
-        let first = block - block_of(vec2(0u, second));
-        var sum: mat4x4<f32>;
-        for (var t = begin + share; t < end; t += WINDOW_SHARES) {
-            let a = window[t][1u + first];
-            let b = window[t][1u + second];
-            sum[0] += a.x * b;
-            sum[1] += a.y * b;
-            sum[2] += a.z * b;
-            sum[3] += a.w * b;
-        }
-        window_products[lane] = sum;
-    }
-    workgroupBarrier();
-}
-
 // Squares about the origin: those of the tiles about their means, plus those of the means.
 fn window_squares(quad: u32, places: SquareQuad, begin: u32, end: u32) -> vec4<f32> {
     var sum = vec4(0.0);
     for (var t = begin; t < end; t++) {
-        sum += window_factors[t] * moments[window_tiles[t] + 1u + MEAN_QUADS + quad];
-    }
-    for (var i = 0u; i < 4u; i++) {
-        let at = vec2(places.rows[i], places.columns[i]);
-        for (var share = 0u; share < WINDOW_SHARES; share++) {
-            sum[i] += window_products[share * WINDOW_BLOCKS + block_of(at / 4u)][at.x % 4u][at.y % 4u];
+        var products: vec4<f32>;
+        for (var i = 0u; i < 4u; i++) {
+            products[i] = window_mean(t, places.rows[i]) * window_mean(t, places.columns[i]);
         }
+        sum += window_factors[t] * moments[window_tiles[t] + 1u + MEAN_QUADS + quad] + products;
     }
     return sum;
 }

@@ -22,7 +22,11 @@ long; `moving`, to which the other columns belong: history is resampled; `worst`
 models reach a tile; windows of up to 5x5 tiles.";
 
 /// Functions that no pixel calls, or that are false for all, in a still view, in a moving one, at worst.
-pub const LEFT_OUT: [&[&str]; 3] = [&["is_between_texels", "spatial_spread"], &["spatial_spread"], &[]];
+pub const LEFT_OUT: [&[&str]; 3] = [
+    &["is_settled", "is_between_texels", "spatial_spread"],
+    &["is_settled", "spatial_spread"],
+    &["is_settled"],
+];
 
 /// Rounds of a loop of which data decide: models that reach a tile, by windows of 40 pixels and a model for 190.
 const ASSUMED_ROUNDS: u32 = 9;
