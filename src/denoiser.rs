@@ -1,5 +1,6 @@
 //! The denoiser: owns passes, history and scratch. [`Denoiser::encode`] is the frame, top to bottom.
 
+use crate::budget::Plan;
 use crate::gpu::{Recorder, catch, check_alive, image, uniform_buffer};
 use crate::guides::Guides;
 use crate::pacing::Pacing;
@@ -180,7 +181,7 @@ impl Denoiser {
         if is_split && self.specular.is_none() {
             self.specular = Some(catch(device, || Specular::new(device, self.size))?);
         }
-        let (limit, notice) = self.limit(device, queue, inputs, settings, viewport.size)?;
+        let (limit, savings, notice) = self.plan(device, queue, inputs, settings, viewport.size)?;
         let decodes = settings.conventions.decodes();
         let specular = match &self.specular {
             Some(specular) if is_split => {
@@ -204,7 +205,7 @@ impl Denoiser {
             camera,
             previous,
             limit,
-            savings: settings.savings,
+            savings,
         };
         let uniforms = recording.uniforms(self.frames);
         let frame = &uniform_buffer(device, "quell frame", bytemuck::bytes_of(&uniforms))?;
@@ -222,7 +223,7 @@ impl Denoiser {
         if let Some(pacing) = &mut self.pacing {
             pacing.end(device, encoder, self.frames);
         }
-        self.statistics.record(device, encoder, levels, self.frames, limit);
+        self.statistics.record(device, encoder, levels, (self.frames, limit, savings));
 
         self.guides.swap();
         self.previous =
@@ -232,29 +233,31 @@ impl Denoiser {
         Ok(FrameOutputs { restarted: previous.is_none(), notice })
     }
 
-    /// How many models the frame may fit, and what there is to say of it.
-    fn limit(
+    /// How many models the frame may fit, how many savings it takes, and what there is to say of it.
+    fn plan(
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         inputs: &FrameInputs<'_>,
         settings: &Settings,
         size: [u32; 2],
-    ) -> Result<(Option<u32>, Option<Notice>), DeviceError> {
+    ) -> Result<(Option<u32>, u32, Option<Notice>), DeviceError> {
         let budget = if settings.centres == Centres::Adaptive { settings.budget } else { Budget::Unlimited };
         let Budget::Milliseconds(target_ms) = budget else {
             self.pacing = None;
-            return Ok((if let Budget::Models(most) = budget { Some(most) } else { None }, None));
+            let limit = if let Budget::Models(most) = budget { Some(most) } else { None };
+            return Ok((limit, settings.savings, None));
         };
         let statistics = self.statistics.latest();
         let mut pacing = match self.pacing.take() {
             Some(pacing) => pacing,
-            None => catch(device, || Pacing::new(device, size, self.frames))?,
+            None => catch(device, || Pacing::new(device, settings, size, self.frames))?,
         };
-        let limit = pacing.limit(queue, inputs, statistics, target_ms, (self.frames, size));
+        let Plan { models, savings } =
+            pacing.plan(queue, inputs, settings, statistics, target_ms, (self.frames, size));
         let notice = pacing.notice().filter(|_| !self.was_noticed);
         self.pacing = Some(pacing);
-        Ok((Some(limit), notice))
+        Ok((Some(models), savings, notice))
     }
 }
 

@@ -1,9 +1,9 @@
-//! Where the times come from that a [`Budget::Milliseconds`](crate::Budget) is kept by, and what limit they lead to.
+//! Where the times come from that a [`Budget::Milliseconds`](crate::Budget) is kept by, and what plan they lead to.
 
-use crate::budget::{Controller, Reading};
+use crate::budget::{Bounds, Controller, Plan, Reading};
 use crate::layout;
 use crate::readback::Readback;
-use crate::{FrameInputs, Notice, Statistics};
+use crate::{FrameInputs, Notice, Settings, Statistics};
 use wgpu::{BufferUsages, ComputePassTimestampWrites, Features, QueryType};
 
 /// Pixels for one model while no time is known.
@@ -13,43 +13,37 @@ const CALLERS_LATENCY: u32 = 3;
 /// Frames without a time after which there is none to be expected.
 const PATIENCE: u32 = 8;
 
-/// Chooses the limit of models by time. Exists while there is a budget of time.
+/// Chooses what frames may do by time. Exists while there is a budget of time.
 #[derive(Debug)]
 pub(crate) struct Pacing {
     controller: Controller,
     timer: Option<Timer>,
-    /// Of the last frame, in pixels.
-    size: [u32; 2],
     frames: u32,
     is_timed: bool,
 }
 
 impl Pacing {
-    /// Starts with one model for 256 pixels, at a frame.
-    pub fn new(device: &wgpu::Device, size: [u32; 2], frame: u32) -> Self {
-        let start = layout::count(size).div_ceil(PIXELS_A_MODEL) as u32;
+    /// Starts with one model for 256 pixels and no more savings than the settings ask for, at a frame.
+    pub fn new(device: &wgpu::Device, settings: &Settings, size: [u32; 2], frame: u32) -> Self {
         Self {
-            controller: Controller::new(bounds(size), start, frame),
+            controller: Controller::new(bounds(settings, size), frame),
             timer: device.features().contains(Features::TIMESTAMP_QUERY).then(|| Timer::new(device)),
-            size,
             frames: 0,
             is_timed: false,
         }
     }
 
-    /// How many models `frame` may fit, from what has arrived by now.
-    pub fn limit(
+    /// What `frame` may do, from what has arrived by now.
+    pub fn plan(
         &mut self,
         queue: &wgpu::Queue,
         inputs: &FrameInputs<'_>,
+        settings: &Settings,
         statistics: Option<Statistics>,
         target_ms: f32,
         (frame, size): (u32, [u32; 2]),
-    ) -> u32 {
-        if size != self.size {
-            self.controller.rescale(bounds(size), frame);
-            self.size = size;
-        }
+    ) -> Plan {
+        self.controller.rebound(bounds(settings, size), frame);
         let own = self.timer.as_mut().and_then(|timer| timer.newest(queue));
         let measured =
             inputs.measured_ms.map(|ms| Reading { frame: frame.saturating_sub(CALLERS_LATENCY), ms });
@@ -62,7 +56,7 @@ impl Pacing {
         if let Some(statistics) = statistics {
             self.controller.add_models(statistics.frame, statistics.models());
         }
-        self.controller.limit(target_ms, frame)
+        self.controller.plan(target_ms, frame)
     }
 
     /// What the caller should know.
@@ -87,9 +81,14 @@ impl Pacing {
     }
 }
 
-/// The fewest and the most models of a frame of `size` pixels.
-fn bounds(size: [u32; 2]) -> [u32; 2] {
-    [layout::least_models(size), layout::count(layout::tiles(size))].map(|models| models as u32)
+/// For a frame of `size` pixels.
+fn bounds(settings: &Settings, size: [u32; 2]) -> Bounds {
+    let models = [layout::least_models(size), layout::count(layout::tiles(size))];
+    Bounds {
+        models: models.map(|models| models as u32),
+        start: layout::count(size).div_ceil(PIXELS_A_MODEL) as u32,
+        savings: [settings.savings, settings.most_savings.max(settings.savings)],
+    }
 }
 
 /// Times frames by timestamps of its own: those that the caller may want take the passes, which have room for one pair.

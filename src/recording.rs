@@ -4,8 +4,14 @@ use crate::denoiser::{Previous, Specular};
 use crate::gpu::{FrameUniforms, Recorder, flags};
 use crate::guides::Guides;
 use crate::passes::{
-    Pipelines, SignalPasses, accumulate::AccumulateViews, compose::ComposeViews, debug_view::DebugViewViews,
-    fit::{self, FitViews}, innovation::InnovationViews, predict::PredictViews, reproject::ReprojectViews,
+    Pipelines, SignalPasses,
+    accumulate::AccumulateViews,
+    compose::ComposeViews,
+    debug_view::DebugViewViews,
+    fit::{self, FitViews},
+    innovation::InnovationViews,
+    predict::PredictViews,
+    reproject::ReprojectViews,
     sample_map::SampleMapViews,
 };
 use crate::scratch::Scratch;
@@ -269,7 +275,9 @@ impl Recording<'_> {
     fn fit_limit(&self) -> fit::Limit {
         match self.model_limit() {
             None => fit::Limit::None,
-            Some(limit) if u64::from(limit) <= layout::least_models(self.viewport.size) => fit::Limit::Coarsest,
+            Some(limit) if u64::from(limit) <= layout::least_models(self.viewport.size) => {
+                fit::Limit::Coarsest
+            }
             Some(_) => fit::Limit::Chosen,
         }
     }

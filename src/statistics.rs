@@ -15,6 +15,8 @@ pub struct Statistics {
     pub models_kept: u32,
     /// How many were allowed to be fitted; none without a budget.
     pub model_limit: Option<u32>,
+    /// How many of the [`SAVINGS`](crate::SAVINGS) the frame took.
+    pub savings: u32,
 }
 
 impl Statistics {
@@ -27,8 +29,8 @@ impl Statistics {
 /// Copies of counters on their way from the GPU.
 #[derive(Debug, Default)]
 pub(crate) struct StatisticsReader {
-    /// By frame and its limit.
-    copies: Readback<(u32, Option<u32>)>,
+    /// By frame, its limit and its savings.
+    copies: Readback<(u32, Option<u32>, u32)>,
     latest: Option<Statistics>,
 }
 
@@ -39,16 +41,15 @@ impl StatisticsReader {
         device: &wgpu::Device,
         encoder: &mut wgpu::CommandEncoder,
         levels: [Option<&wgpu::Buffer>; 2],
-        frame: u32,
-        model_limit: Option<u32>,
+        plan: (u32, Option<u32>, u32),
     ) {
         let levels: Vec<_> = levels.into_iter().flatten().collect();
-        self.copies.record(device, encoder, &levels, (frame, model_limit));
+        self.copies.record(device, encoder, &levels, plan);
     }
 
     /// The newest statistics that have arrived.
     pub fn latest(&mut self) -> Option<Statistics> {
-        if let Some(((frame, model_limit), words)) = self.copies.newest::<u32>() {
+        if let Some(((frame, model_limit, savings), words)) = self.copies.newest::<u32>() {
             let sum =
                 |word: usize| words.chunks_exact(LEVELS_WORDS as usize).map(|signal| signal[word]).sum();
             let count = |level: usize| sum((level + 1) * LEVEL_WORDS as usize - 1);
@@ -57,6 +58,7 @@ impl StatisticsReader {
                 models_by_level: std::array::from_fn(count),
                 models_kept: sum(LEVELS_WORDS as usize - 1),
                 model_limit,
+                savings,
             });
         }
         self.latest
