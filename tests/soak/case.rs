@@ -111,6 +111,8 @@ impl Case {
             .with_windows(self.windows)
             .with_centres(self.centres)
             .with_budget(self.budget)
+            .with_savings(one_of(random, &[0, 0, 1, 2]))
+            .with_most_savings(one_of(random, &[0, 2]))
             .with_far(one_of(random, &[f32::INFINITY, f32::INFINITY, 3.0, 1e-30, f32::MAX]))
             .with_max_history(one_of(random, &[1.0, 8.0, 32.0, 32.0, 1024.0]))
             .with_firefly_limit(one_of(random, &[1.0, 1.0, 1e-20, f32::MAX, f32::INFINITY]));

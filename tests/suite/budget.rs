@@ -128,24 +128,71 @@ fn half_the_models_lose_little() {
     assert!(half > full - 0.3, "{full:.2} dB with {models} models, {half:.2} dB with half");
 }
 
-/// Encodes frames that take `fixed_ms` and 0.02 ms a model, as the caller measured it. Limits of all frames, and notices.
-fn paced(quell: &mut Denoiser, frames: u32, target_ms: f32, measured: bool) -> (Vec<u32>, Vec<Notice>) {
+/// Each saving makes another image, which is close to that without; what is saved is told.
+#[test]
+fn savings_lose_little() {
+    let size = [192, 108];
+    let frames: Vec<Frame> = walk(size, 12, Vec3::new(0.02, 0.0, -0.03), 3).collect();
+    let run = |savings: u32| {
+        let mut quell = denoiser(size);
+        let settings = Settings::default().with_savings(savings);
+        let outputs: Vec<_> = frames.iter().map(|frame| denoise(&mut quell, frame, &settings)).collect();
+        assert_eq!(wait_for(&mut quell, 11).savings, savings);
+        let mean = outputs.iter().zip(&frames).map(|(output, frame)| psnr(output, &frame.truth)).sum::<f64>();
+        (mean / frames.len() as f64, outputs)
+    };
+    let runs = [0, 1, 2].map(run);
+    let [full, bilinear, sparse] = [0, 1, 2].map(|savings| runs[savings].0);
+    println!("{full:.2} dB, {bilinear:.2} with bilinear history, {sparse:.2} with sparse moments");
+    // Small frames have windows of 3x3 tiles at most, of which five are left.
+    assert!(bilinear > full - 0.5 && sparse > full - 2.0, "{full:.2}, {bilinear:.2}, {sparse:.2} dB");
+    assert!(runs[0].1[11] != runs[1].1[11] && runs[1].1[11] != runs[2].1[11]);
+}
+
+/// Encodes frames that take 1 ms, of which each saving saves a tenth, and 0.02 ms a model, as the caller measured it. Limits and
+/// savings of all frames, and notices.
+fn paced_by(
+    quell: &mut Denoiser,
+    frames: u32,
+    settings: &Settings,
+    measured: bool,
+) -> (Vec<u32>, Vec<u32>, Vec<Notice>) {
     let frame = frame(SIZE, EYE, EYE, 1);
     let images = frame.upload();
-    let (mut limits, mut notices) = (vec![], vec![]);
+    let (mut limits, mut savings, mut notices) = (vec![], vec![], vec![]);
     let mut measured_ms = None;
     for i in 0..frames {
         let inputs = images.inputs(frame.camera, HistoryMode::Continue).with_measured_ms(measured_ms);
         let mut encoder = gpu().device.create_command_encoder(&Default::default());
-        let settings = with(Budget::Milliseconds(target_ms));
-        let outputs = quell.encode(&gpu().device, &gpu().queue, &mut encoder, &inputs, &settings).unwrap();
+        let outputs = quell.encode(&gpu().device, &gpu().queue, &mut encoder, &inputs, settings).unwrap();
         gpu().queue.submit([encoder.finish()]);
         notices.extend(outputs.notice);
         let found = wait_for(quell, i);
         limits.push(found.model_limit.unwrap());
-        measured_ms = measured.then(|| 1.0 + 0.02 * found.models() as f32);
+        savings.push(found.savings);
+        measured_ms = measured.then(|| 1.0 - 0.1 * found.savings as f32 + 0.02 * found.models() as f32);
     }
+    (limits, savings, notices)
+}
+
+fn paced(quell: &mut Denoiser, frames: u32, target_ms: f32, measured: bool) -> (Vec<u32>, Vec<Notice>) {
+    let settings = with(Budget::Milliseconds(target_ms)).with_most_savings(0);
+    let (limits, savings, notices) = paced_by(quell, frames, &settings, measured);
+    assert!(savings.iter().all(|&savings| savings == 0), "none was allowed");
     (limits, notices)
+}
+
+#[test]
+fn savings_are_taken_where_fewer_models_are_not_enough() {
+    let pace = |target_ms| {
+        let settings = with(Budget::Milliseconds(target_ms));
+        let (limits, savings, _) = paced_by(&mut denoiser(SIZE), 60, &settings, true);
+        (limits[59], savings[59])
+    };
+    let floor_ms = 1.0 + 0.02 * coarsest(SIZE) as f32;
+    assert_eq!(pace(100.0).1, 0);
+    assert_eq!(pace(1.1 * (floor_ms - 0.1)).1, 1, "the models of the floor and some");
+    assert_eq!(pace(0.5 * floor_ms), (coarsest(SIZE), 2), "all that there is");
 }
 
 #[test]

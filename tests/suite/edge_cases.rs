@@ -471,6 +471,8 @@ fn wrong_settings_and_cameras_are_named() {
         (Settings::default().with_firefly_limit(f32::NAN), "firefly_limit"),
         (Settings::default().with_far(-1.0), "far"),
         (scaled, "conventions.motion_unit"),
+        (Settings::default().with_savings(3), "savings"),
+        (Settings::default().with_most_savings(u32::MAX), "most_savings"),
         (Settings::default().with_budget(Budget::Milliseconds(0.0)), "budget"),
         (Settings::default().with_budget(Budget::Milliseconds(f32::INFINITY)), "budget"),
     ];

@@ -107,6 +107,8 @@ fn constants_match_the_wgsl() {
         ("FLAG_NORMAL_VIEW", flags::NORMAL_VIEW),
         ("FLAG_NORMAL_MIRRORED", flags::NORMAL_MIRRORED),
         ("FLAG_NORMAL_ALONE", flags::NORMAL_ALONE),
+        ("FLAG_BILINEAR", flags::BILINEAR),
+        ("FLAG_SPARSE", flags::SPARSE),
     ];
     for (name, value) in expected {
         assert_eq!(constant(&module, name), value, "{name}");

@@ -1,6 +1,6 @@
 //! `compose` against its f64 twin.
 
-use super::packed::{Noise, Prediction, quieter, random_noise, unpack_noises};
+use super::packed::{Noise, Prediction, pcg, quieter, random_noise, unpack_noises};
 use super::surface::{Surface, is_alike, of_albedo, position_of, towards_eye};
 use super::{Signal, guide, luminance, mismatches, random_history, rgb, run, uniforms, wide};
 use crate::gpu::{blank, download, gpu, upload};
@@ -19,12 +19,13 @@ fn dielectric(surface: &Surface, towards: DVec3) -> f64 {
     0.04 + grazing * ((1.0 - surface.roughness).max(0.04) - 0.04)
 }
 
-fn check(signal: Signal, with_albedo: bool) {
+fn check(signal: Signal, with_albedo: bool, index: u32) {
     let mut random = StdRng::seed_from_u64(51);
     let eye = Vec3::new(0.0, 1.4, 1.0);
     let mut frame = frame(SIZE, eye, eye, 1);
     frame.normal.iter_mut().enumerate().for_each(|(i, normal)| normal[3] = (i % 9) as f32 / 8.0);
     let mut u = uniforms(&frame, &frame);
+    u.index = index;
     let is_specular = signal == Signal::Specular;
     u.flags |= match (signal, with_albedo) {
         (Signal::Combined, _) => flags::EMISSION,
@@ -105,11 +106,19 @@ fn check(signal: Signal, with_albedo: bool) {
         let is_hit = !surfaces[earlier].is_miss();
         i == t || is_hit && is_alike(&surfaces[earlier], &surfaces[later], offset, 0.8)
     };
+    // Of workgroups of 16x16 pixels, whose grid is moved by up to 15 to the left and above, elsewhere every 16 frames.
+    let random = pcg(u.index / 16);
+    let shift = [random & 15, random >> 4 & 15].map(|shift| shift as usize);
+    let near = |at: usize, radius: usize, shift: usize, end: usize| {
+        let group = (at + shift) / 16 * 16;
+        let first = group.saturating_sub(shift).max(at.saturating_sub(radius));
+        first..(at + radius + 1).min(group + 16 - shift).min(end)
+    };
     // Rows of what goes with their middle, which goes with that of all.
     let around = |i: usize, radius: usize| -> Vec<usize> {
         let (x, y) = (i % width, i / width);
-        let rows = y.saturating_sub(radius)..(y + radius + 1).min(height);
-        let columns = x.saturating_sub(radius)..(x + radius + 1).min(width);
+        let rows = near(y, radius, shift[1], height);
+        let columns = near(x, radius, shift[0], width);
         let middles = rows.map(|ty| ty * width + x).filter(|&middle| linked(i, middle));
         let of_row = |middle: usize| {
             let row = columns.clone().map(move |tx| middle - x + tx);
@@ -210,11 +219,13 @@ fn check(signal: Signal, with_albedo: bool) {
 
 #[test]
 fn matches_its_twin_on_random_images() {
-    check(Signal::Combined, true);
+    // Before and after the grid of workgroups moves.
+    check(Signal::Combined, true, 15);
+    check(Signal::Combined, true, 16);
 }
 
 #[test]
 fn matches_its_twin_on_the_specular_signal() {
-    check(Signal::Specular, true);
-    check(Signal::Specular, false);
+    check(Signal::Specular, true, 40);
+    check(Signal::Specular, false, 0);
 }

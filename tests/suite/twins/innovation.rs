@@ -115,13 +115,20 @@ fn random_tiles(seed: u64, change: impl Fn(f64, f64) -> f64, noise: f64) -> Vec<
 
 /// Share of the GPU's predicted changes that differ from the twin's, and the twin's significance of each tile.
 fn compare(gpu_tiles: &[Tile<N>], tiles: &[Tile<N>]) -> (f64, Vec<f64>) {
+    compare_saving(gpu_tiles, tiles, 0)
+}
+
+/// Likewise, with the flag of a saving.
+fn compare_saving(gpu_tiles: &[Tile<N>], tiles: &[Tile<N>], saving: u32) -> (f64, Vec<f64>) {
     let eye = Vec3::new(0.0, 1.4, 1.0);
     let any_frame = frame(SIZE, eye, eye, 1);
     let mut u = uniforms(&any_frame, &any_frame);
-    u.flags |= flags::INNOVATION;
+    u.flags |= flags::INNOVATION | saving;
+    let is_sparse = saving == flags::SPARSE;
+    let step = if is_sparse { 2 * INNOVATION_TILES } else { INNOVATION_TILES };
     let moments = upload_tiles(gpu_tiles);
     let stride = MODEL_STRIDE as usize;
-    let grid = layout::innovation_centres(SIZE);
+    let grid = layout::innovation_centres(SIZE, is_sparse);
     let models = upload_buffer(&vec![f32::NAN; layout::count(grid) as usize * stride]);
     let pass = Innovation::new(&gpu().device);
     run(&u, |recorder| {
@@ -131,7 +138,7 @@ fn compare(gpu_tiles: &[Tile<N>], tiles: &[Tile<N>]) -> (f64, Vec<f64>) {
     let models = download_buffer(&models);
     let (mut wrong, mut significances) = (vec![], vec![]);
     for (centre, model) in models.chunks(stride).enumerate() {
-        let tile = (centre as u32 / grid[0] * u.tiles[0] + centre as u32 % grid[0]) * INNOVATION_TILES;
+        let tile = (centre as u32 / grid[0] * u.tiles[0] + centre as u32 % grid[0]) * step;
         let twin = twin(tiles, u.tiles, tile as usize);
         let head = [f64::from(model[0]), f64::from(model[1])];
         wrong.push(mismatches(&head, &[twin.samples, twin.variance], 1e-4, 1e-9));
@@ -179,6 +186,17 @@ fn matches_its_twin_whatever_the_light_does() {
 }
 
 #[test]
+fn matches_its_twin_where_tiles_are_left_out() {
+    let mut tiles = random_tiles(62, |_, history| -0.8 * history, 0.5);
+    let columns = layout::tiles(SIZE)[0] as usize;
+    let left_out = |t: &usize| (t % columns + t / columns) % 2 == 1;
+    (0..tiles.len()).filter(left_out).for_each(|t| tiles[t].rows.clear());
+    let (wrong, significances) = compare_saving(&tiles, &tiles, flags::SPARSE);
+    assert_eq!(wrong, 0.0);
+    assert!(mean(&significances) >= 0.5, "{significances:.2?}");
+}
+
+#[test]
 fn matches_its_twin_on_adversarial_tiles() {
     let base = || random_tiles(63, |_, history| -0.5 * history, 0.5);
     let check = |name: &str, tiles: &[Tile<N>]| {
@@ -194,7 +212,7 @@ fn matches_its_twin_on_adversarial_tiles() {
     let centre_of = |t: usize| {
         let (x, y) = (t as u32 % columns, t as u32 / columns);
         let is_centre = x % INNOVATION_TILES == 0 && y % INNOVATION_TILES == 0;
-        let centres = layout::innovation_centres(SIZE)[0];
+        let centres = layout::innovation_centres(SIZE, false)[0];
         is_centre.then_some((y / INNOVATION_TILES * centres + x / INNOVATION_TILES) as usize)
     };
     let centres: Vec<usize> = reached.into_iter().filter_map(centre_of).collect();

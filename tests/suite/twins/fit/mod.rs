@@ -6,6 +6,7 @@ mod placement;
 mod recursion;
 mod tiles;
 
+use self::tiles::random_tiles;
 use super::regression::{Model, Moments, Row, Tile, factor, floor_and_unit, upload_tiles};
 use super::{luminance, run, uniforms};
 use crate::gpu::{download_buffer, download_words, gpu, upload_buffer, upload_words};
@@ -15,8 +16,9 @@ use quell::gpu::{FrameUniforms, flags};
 use quell::layout::{
     self, BUCKETS, LEVELS, LEVELS_WORDS, MODEL_STRIDE, MODELS, SURFACE_FEATURES, WIDEST_WINDOW_PX,
 };
-use quell::passes::fit::{Fit, FitViews};
+use quell::passes::fit::{Fit, FitViews, Limit};
 use quell::{Centres, Windows};
+use rand::{SeedableRng, rngs::StdRng};
 
 const N: usize = MODELS.columns() as usize;
 const F: usize = MODELS.features as usize;
@@ -35,6 +37,17 @@ struct Found {
 }
 
 fn run_fit(tiles: &[Tile<N>], size: [u32; 2], windows: Windows, centres: Centres) -> Found {
+    run_fit_after(tiles, size, windows, centres, &vec![0; tiles.len()])
+}
+
+/// Likewise, in the frame after one whose models had these windows.
+fn run_fit_after(
+    tiles: &[Tile<N>],
+    size: [u32; 2],
+    windows: Windows,
+    centres: Centres,
+    kept: &[u32],
+) -> Found {
     let eye = Vec3::new(0.0, 1.4, 1.0);
     let any_frame = frame(size, eye, eye, 1);
     let mut u = uniforms(&any_frame, &any_frame);
@@ -43,7 +56,7 @@ fn run_fit(tiles: &[Tile<N>], size: [u32; 2], windows: Windows, centres: Centres
     u.set_windows(windows, centres);
     u.size = size;
     u.flags |= if windows == Windows::RingError { flags::RING_ERROR } else { 0 };
-    run_pass(&u, tiles, &vec![0.0; tiles.len() * MODEL_STRIDE as usize], &vec![0; tiles.len()])
+    run_pass(&u, tiles, &vec![0.0; tiles.len() * MODEL_STRIDE as usize], kept)
 }
 
 /// Of a frame with a limit of models, which are placed adaptively; the camera stands still.
@@ -77,7 +90,8 @@ fn run_pass(u: &FrameUniforms, tiles: &[Tile<N>], models: &[f32], kept: &[u32]) 
             kept: &kept,
             histogram: &histogram,
         };
-        pass.record(recorder, &views, u.tiles, u.flags & flags::LIMITED != 0);
+        let limit = if u.flags & flags::LIMITED == 0 { Limit::None } else { Limit::Chosen };
+        pass.record(recorder, &views, u.tiles, limit);
     });
     let models = download_buffer(&models);
     Found {
@@ -217,6 +231,40 @@ fn priors(mean: &[f64; N], relative_noise: f64, size: u32) -> Vec<f64> {
 
 fn ridge(moments: &Moments<N>, mean: &[f64; N], relative_noise: f64, size: u32) -> Vec<[f64; 3]> {
     moments.slopes(RIDGE, &floors(mean), &priors(mean, relative_noise, size))
+}
+
+/// A tile keeps to the window that it chose lately, and chooses again in one of four frames; its model is the one of that window.
+#[test]
+fn windows_are_chosen_in_turns() {
+    let size = [200, 160];
+    let tiles = random_tiles(&mut StdRng::seed_from_u64(38), size, 4);
+    let dense = |windows, kept: &[u32]| run_fit_after(&tiles, size, windows, Centres::Uniform(1), kept);
+    let none = vec![0; tiles.len()];
+    let chosen = dense(Windows::MallowsCp, &none);
+    for window in [1, 3] {
+        let fixed = dense(Windows::Fixed(window), &none);
+        // The age of a kept model lies above its window.
+        let found = dense(Windows::MallowsCp, &vec![window | 5 << 2; tiles.len()]);
+        let (mut choosing, mut differing) = (0, 0);
+        for t in 0..tiles.len() {
+            let [x, y] = [t as u32 % found.frame.tiles[0], t as u32 / found.frame.tiles[0]];
+            let chooses = (x + 2 * y + found.frame.index).is_multiple_of(4);
+            let expected = if chooses { &chosen } else { &fixed };
+            assert_eq!(found.windows[t], expected.windows[t], "window {window}, tile {t}");
+            if found.windows[t] > 0 {
+                // The head's last, the risk, is of what was compared.
+                assert_eq!(found.models[t][..3], expected.models[t][..3], "window {window}, tile {t}");
+                assert_eq!(found.models[t][4..], expected.models[t][4..], "window {window}, tile {t}");
+            }
+            choosing += u32::from(chooses);
+            differing += u32::from(chosen.windows[t] != fixed.windows[t]);
+        }
+        assert!(choosing > 30 && differing > 10, "{window}: {choosing}, {differing}");
+    }
+    // What Cp does not choose between is no choice of its own; nor is it asked for by the ring error.
+    assert_eq!(dense(Windows::MallowsCp, &vec![2; tiles.len()]).windows, chosen.windows);
+    let by_ring = dense(Windows::RingError, &none);
+    assert_eq!(dense(Windows::RingError, &vec![1; tiles.len()]).windows, by_ring.windows);
 }
 
 #[test]

@@ -101,7 +101,7 @@ pub fn fetch(u: &FrameUniforms, origin: &Origin, previous: &Previous) -> ([f64; 
     let mut history = sum.map(|s| s / weight);
     noise.variance /= weight;
     noise.deviations = noise.deviations.map(|s| s / weight);
-    if all_valid && f != DVec2::ZERO {
+    if all_valid && f != DVec2::ZERO && u.flags & flags::BILINEAR == 0 {
         let mut sharp = Some([0.0; 6]);
         for (y, wy) in (-1..).zip(cubic(f.y)) {
             for (x, wx) in (-1..).zip(cubic(f.x)) {

@@ -171,6 +171,21 @@ fn matches_its_twin_under_camera_motion() {
 }
 
 #[test]
+fn matches_its_twin_without_cubic_taps() {
+    let (from, to) = (Vec3::new(0.0, 1.4, 1.0), Vec3::new(0.05, 1.42, 0.9));
+    let (before, now) = (frame(SIZE, from, from, 1), frame(SIZE, to, from, 2));
+    let wrong = check(&now, &before, [&flat(&now.motion); 2], flags::BILINEAR, 3);
+    assert!(wrong <= ON_A_THRESHOLD, "{wrong}");
+    // It is told from the other.
+    let [cubic, bilinear] = [0, flags::BILINEAR].map(|flag| {
+        run_pass(&now, &before, &flat(&now.motion), &no_emission(&now), |own| own | flag, 3).history
+    });
+    let step = 2.0_f64.powi(-10) + 1e-4;
+    let differing = mismatches(cubic.as_flattened(), bilinear.as_flattened(), step, 2e-3);
+    assert!(differing > 0.1, "{differing}");
+}
+
+#[test]
 fn matches_its_twin_under_arbitrary_and_invalid_motion() {
     let eye = Vec3::new(0.0, 1.4, 1.0);
     let (before, now) = (frame(SIZE, eye, eye, 1), frame(SIZE, eye, eye, 2));
