@@ -25,7 +25,7 @@ const OWN_FEATURES = MODEL_OWN_FEATURES;
 
 // Below this many samples a pixel's own variance means nothing, and its neighbours' spread is used.
 const LEAST_SAMPLES = 4.0;
-const SPATIAL_RADIUS = 3;
+const AROUND_RADIUS = 3; // pixels on each side
 
 @compute @workgroup_size(8, 8)
 fn accumulate(
@@ -86,8 +86,10 @@ fn accumulated(
     let k = sample.w;
     var old = relit.history;
     var most = relit.most;
+    var around: Around;
     if IS_SPECULAR {
-        let drift = find_drift(pixel, surface, relit.change);
+        around = look_around(pixel, surface);
+        let drift = find_drift(around, surface, relit.change);
         // With a bias d and a sample's variance v, n samples are worth no more than v / (v / n + d^2).
         old.w /= 1.0 + old.w * drift.square / max(drift.variance, 1e-12);
         // What many pixels show is no firefly.
@@ -115,7 +117,7 @@ fn accumulated(
     var innovation = sqrt(new_share) * d;
     let first = alpha == 1.0; // nothing of the past is left: only the neighbours tell what is new
     if first || count < LEAST_SAMPLES {
-        let spread = spatial_spread(pixel, surface);
+        let spread = spatial_spread(pixel, surface, around);
         v = spread.variance;
         if first {
             innovation = luminance(colour) - spread.mean;
@@ -252,7 +254,56 @@ fn predicted_change(start: u32, z: Regressors) -> vec3<f32> {
     return value;
 }
 
-const DRIFT_RADIUS = 3;
+// What pixels about one show that lie on the same surface: sums over those with samples.
+struct Around {
+    // Of this frame's luminance about the pixel's own: the difference of two large squares would lose f32's digits.
+    count: f32,
+    sum: f32,
+    squares: f32,
+    samples: f32,
+    // Of how far samples differ from their histories, by samples, where there is one.
+    changed: f32,
+    weight: f32,
+    change: f32,
+    change_squares: f32,
+}
+
+fn look_around(pixel: vec2<u32>, centre: Surface) -> Around {
+    let along = elevation_along(frame.current, centre.normal);
+    let own = elevation_of(along, vec2<f32>(pixel), centre.depth);
+    let middle = luminance(load_sample(pixel).rgb);
+    var around: Around;
+    for (var y = -AROUND_RADIUS; y <= AROUND_RADIUS; y++) {
+        for (var x = -AROUND_RADIUS; x <= AROUND_RADIUS; x++) {
+            let texel = vec2<i32>(pixel) + vec2(x, y);
+            if !inside(texel, frame.current) {
+                continue;
+            }
+            let sample = load_sample(vec2<u32>(texel));
+            let other = unpack_surface(textureLoad(guide, texel, 0).xy);
+            let distance = elevation_of(along, vec2<f32>(texel), other.depth) - own;
+            if sample.w <= 0.0 || !same_surface(centre, other, distance, NORMAL_COSINE) {
+                continue;
+            }
+            let l = luminance(sample.rgb);
+            around.count += 1.0;
+            around.sum += l - middle;
+            around.squares += (l - middle) * (l - middle);
+            around.samples += sample.w;
+            if IS_SPECULAR {
+                let old = load_reprojected(vec2<u32>(texel));
+                let change = l - luminance(old.rgb);
+                let weight = select(0.0, sample.w, old.w > 0.0);
+                around.changed += select(0.0, 1.0, old.w > 0.0);
+                around.weight += weight;
+                around.change += weight * change;
+                around.change_squares += weight * change * change;
+            }
+        }
+    }
+    return around;
+}
+
 const DRIFT_CHANCE = 4.0; // variances of the mean difference that are chance: once in twenty times there is more
 const DRIFT_PIXELS = 4.0; // with fewer nothing is known
 // Roughness up to which what is seen may be smaller than the innovation's tiles, and from which it is not.
@@ -265,40 +316,15 @@ struct Drift {
 
 // How far the history is off, by what samples about the pixel differ by from their histories, when what the innovation predicts is
 // taken out: what moves in a mirror is smaller than its models can tell.
-fn find_drift(pixel: vec2<u32>, centre: Surface, predicted: f32) -> Drift {
-    let along = elevation_along(frame.current, centre.normal);
-    let own = elevation_of(along, vec2<f32>(pixel), centre.depth);
-    var pixels = 0.0;
-    var weight = 0.0;
-    var sum = 0.0;
-    var squares = 0.0;
-    for (var y = -DRIFT_RADIUS; y <= DRIFT_RADIUS; y++) {
-        for (var x = -DRIFT_RADIUS; x <= DRIFT_RADIUS; x++) {
-            let texel = vec2<i32>(pixel) + vec2(x, y);
-            if !inside(texel, frame.current) {
-                continue;
-            }
-            let sample = load_sample(vec2<u32>(texel));
-            let old = load_reprojected(vec2<u32>(texel));
-            let other = unpack_surface(textureLoad(guide, texel, 0).xy);
-            let distance = elevation_of(along, vec2<f32>(texel), other.depth) - own;
-            if sample.w > 0.0 && old.w > 0.0 && same_surface(centre, other, distance, NORMAL_COSINE) {
-                let difference = luminance(sample.rgb) - luminance(old.rgb);
-                pixels += 1.0;
-                weight += sample.w;
-                sum += sample.w * difference;
-                squares += sample.w * difference * difference;
-            }
-        }
-    }
-    if pixels < DRIFT_PIXELS {
+fn find_drift(around: Around, centre: Surface, predicted: f32) -> Drift {
+    if around.changed < DRIFT_PIXELS {
         return Drift(0.0, 0.0);
     }
-    let mean = sum / weight;
-    let variance = max(squares - sum * mean, 0.0) / (pixels - 1.0);
+    let mean = around.change / around.weight;
+    let variance = max(around.change_squares - around.change * mean, 0.0) / (around.changed - 1.0);
     let drift = mean - predicted;
     let share = saturate((DRIFT_ROUGHNESS.y - centre.roughness) / (DRIFT_ROUGHNESS.y - DRIFT_ROUGHNESS.x));
-    return Drift(share * max(drift * drift - DRIFT_CHANCE * variance / weight, 0.0), variance);
+    return Drift(share * max(drift * drift - DRIFT_CHANCE * variance / around.weight, 0.0), variance);
 }
 
 struct Spread {
@@ -306,39 +332,19 @@ struct Spread {
     variance: f32, // of one sample
 }
 
-// Mean and variance of luminance over this frame's samples on the same surface.
-fn spatial_spread(pixel: vec2<u32>, centre: Surface) -> Spread {
-    let along = elevation_along(frame.current, centre.normal);
-    let own = elevation_of(along, vec2<f32>(pixel), centre.depth);
-    // About the pixel's own value: the difference of two large squares would lose f32's digits.
+// Mean and variance of luminance over this frame's samples on the same surface. `seen` is what the specular signal has looked at
+// already.
+fn spatial_spread(pixel: vec2<u32>, centre: Surface, seen: Around) -> Spread {
+    var around = seen;
+    if !IS_SPECULAR {
+        around = look_around(pixel, centre);
+    }
     let middle = luminance(load_sample(pixel).rgb);
-    var weight = 0.0;
-    var sum = 0.0;
-    var sum_squares = 0.0;
-    var samples = 0.0;
-    for (var y = -SPATIAL_RADIUS; y <= SPATIAL_RADIUS; y++) {
-        for (var x = -SPATIAL_RADIUS; x <= SPATIAL_RADIUS; x++) {
-            let texel = vec2<i32>(pixel) + vec2(x, y);
-            if !inside(texel, frame.current) {
-                continue;
-            }
-            let sample = load_sample(vec2<u32>(texel));
-            let other = unpack_surface(textureLoad(guide, texel, 0).xy);
-            let distance = elevation_of(along, vec2<f32>(texel), other.depth) - own;
-            if sample.w > 0.0 && same_surface(centre, other, distance, NORMAL_COSINE) {
-                let l = luminance(sample.rgb) - middle;
-                weight += 1.0;
-                sum += l;
-                sum_squares += l * l;
-                samples += sample.w;
-            }
-        }
-    }
-    if weight < 2.0 {
+    if around.count < 2.0 {
         // Alone: as uncertain as the value is large.
-        return Spread(0.0, middle * middle * samples);
+        return Spread(0.0, middle * middle * around.samples);
     }
-    let spread = max(sum_squares - sum * sum / weight, 0.0) / (weight - 1.0);
+    let spread = max(around.squares - around.sum * around.sum / around.count, 0.0) / (around.count - 1.0);
     // The images hold means of several samples, one of which spreads more.
-    return Spread(middle + sum / weight, spread * samples / weight);
+    return Spread(middle + around.sum / around.count, spread * around.samples / around.count);
 }
