@@ -3,7 +3,7 @@
 use crate::budget::Plan;
 use crate::gpu::{Recorder, catch, check_alive, image, uniform_buffer};
 use crate::guides::Guides;
-use crate::pacing::Pacing;
+use crate::pacing::{self, Pacing};
 use crate::passes::{Pipelines, Variant};
 use crate::recording::Recording;
 use crate::scratch::Scratch;
@@ -249,12 +249,13 @@ impl Denoiser {
             return Ok((limit, settings.savings, None));
         };
         let statistics = self.statistics.latest();
+        let bounds = pacing::bounds(settings, size, inputs.signals());
         let mut pacing = match self.pacing.take() {
             Some(pacing) => pacing,
-            None => catch(device, || Pacing::new(device, settings, size, self.frames))?,
+            None => catch(device, || Pacing::new(device, bounds, self.frames))?,
         };
         let Plan { models, savings } =
-            pacing.plan(queue, inputs, settings, statistics, target_ms, (self.frames, size));
+            pacing.plan(queue, inputs, statistics, (bounds, target_ms), self.frames);
         let notice = pacing.notice().filter(|_| !self.was_noticed);
         self.pacing = Some(pacing);
         Ok((Some(models), savings, notice))

@@ -250,4 +250,9 @@ impl<'a> FrameInputs<'a> {
     pub fn with_measured_ms(self, measured_ms: impl Into<Option<f32>>) -> Self {
         Self { measured_ms: measured_ms.into(), ..self }
     }
+
+    /// How many signals are denoised.
+    pub(crate) fn signals(&self) -> u32 {
+        if self.specular.is_some() { 2 } else { 1 }
+    }
 }

@@ -6,7 +6,7 @@ use crate::readback::Readback;
 use crate::{FrameInputs, Notice, Settings, Statistics};
 use wgpu::{BufferUsages, ComputePassTimestampWrites, Features, QueryType};
 
-/// Pixels for one model while no time is known.
+/// Pixels for one model of a signal while no time is known.
 const PIXELS_A_MODEL: u64 = 256;
 /// By how many frames at most a time that the caller measured is late.
 const CALLERS_LATENCY: u32 = 3;
@@ -23,10 +23,10 @@ pub(crate) struct Pacing {
 }
 
 impl Pacing {
-    /// Starts with one model for 256 pixels and no more savings than the settings ask for, at a frame.
-    pub fn new(device: &wgpu::Device, settings: &Settings, size: [u32; 2], frame: u32) -> Self {
+    /// Starts at a frame.
+    pub fn new(device: &wgpu::Device, bounds: Bounds, frame: u32) -> Self {
         Self {
-            controller: Controller::new(bounds(settings, size), frame),
+            controller: Controller::new(bounds, frame),
             timer: device.features().contains(Features::TIMESTAMP_QUERY).then(|| Timer::new(device)),
             frames: 0,
             is_timed: false,
@@ -38,12 +38,11 @@ impl Pacing {
         &mut self,
         queue: &wgpu::Queue,
         inputs: &FrameInputs<'_>,
-        settings: &Settings,
         statistics: Option<Statistics>,
-        target_ms: f32,
-        (frame, size): (u32, [u32; 2]),
+        (bounds, target_ms): (Bounds, f32),
+        frame: u32,
     ) -> Plan {
-        self.controller.rebound(bounds(settings, size), frame);
+        self.controller.rebound(bounds, frame);
         let own = self.timer.as_mut().and_then(|timer| timer.newest(queue));
         let measured =
             inputs.measured_ms.map(|ms| Reading { frame: frame.saturating_sub(CALLERS_LATENCY), ms });
@@ -81,12 +80,12 @@ impl Pacing {
     }
 }
 
-/// For a frame of `size` pixels.
-fn bounds(settings: &Settings, size: [u32; 2]) -> Bounds {
+/// Between what a frame of `size` pixels and so many signals may be paced.
+pub(crate) fn bounds(settings: &Settings, size: [u32; 2], signals: u32) -> Bounds {
     let models = [layout::least_models(size), layout::count(layout::tiles(size))];
     Bounds {
-        models: models.map(|models| models as u32),
-        start: layout::count(size).div_ceil(PIXELS_A_MODEL) as u32,
+        models: models.map(|models| models as u32 * signals),
+        start: layout::count(size).div_ceil(PIXELS_A_MODEL) as u32 * signals,
         savings: [settings.savings, settings.most_savings.max(settings.savings)],
     }
 }

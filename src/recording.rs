@@ -20,6 +20,10 @@ use crate::{Camera, DebugView, FrameInputs, SampleMap, Settings, Viewport, Windo
 use bytemuck::Zeroable;
 use wgpu::{TextureFormat, TextureView};
 
+/// Places in [`SAVINGS`](crate::SAVINGS).
+const BILINEAR_HISTORY: u32 = 0;
+const SPARSE_MOMENTS: u32 = 1;
+
 /// A frame that was checked and whose resources are there.
 pub(crate) struct Recording<'a> {
     pub pipelines: &'a Pipelines,
@@ -122,11 +126,10 @@ impl Recording<'_> {
         let sample_count = inputs.sample_count.unwrap_or(no_uint);
         let hit_distance = inputs.hit_distance.unwrap_or(no_float);
         let size = self.viewport.size;
-        let is_limited = self.limit.is_some();
-        let keeps = |previous: Previous| previous.was_limited == is_limited && previous.size == size;
-        let keeps_models = self.previous.is_some_and(keeps);
+        let is_alike =
+            |previous: Previous| previous.was_limited == self.limit.is_some() && previous.size == size;
 
-        signal_state.clear(recorder.encoder, keeps_models);
+        signal_state.clear(recorder.encoder, self.previous.is_some_and(is_alike));
         for buffer in [coverage, histogram] {
             recorder.encoder.clear_buffer(buffer, 0, None);
         }
@@ -157,7 +160,7 @@ impl Recording<'_> {
         passes.innovation.record(
             recorder,
             &InnovationViews { moments, innovations },
-            layout::innovation_centres(size, self.saves(1)),
+            layout::innovation_centres(size, self.saves(SPARSE_MOMENTS)),
         );
         passes.accumulate.record(
             recorder,
@@ -232,7 +235,6 @@ impl Recording<'_> {
         let Viewport { origin, size } = self.viewport;
         let conventions = settings.conventions;
         let flag = |set: bool, bit: u32| if set { bit } else { 0 };
-        let saves = |saving| self.saves(saving);
         let four_channels = [TextureFormat::Rgba16Float, TextureFormat::Rgba32Float];
         let motion_depth =
             conventions.motion_has_depth && four_channels.contains(&inputs.motion.texture().format());
@@ -250,8 +252,8 @@ impl Recording<'_> {
                 | flag(previous.is_some(), flags::HISTORY)
                 | flag(motion_depth, flags::MOTION_DEPTH)
                 | flag(settings.mix_temporal_mean, flags::MIX)
-                | flag(saves(0), flags::BILINEAR)
-                | flag(saves(1), flags::SPARSE)
+                | flag(self.saves(BILINEAR_HISTORY), flags::BILINEAR)
+                | flag(self.saves(SPARSE_MOMENTS), flags::SPARSE)
                 | flag(settings.innovation, flags::INNOVATION)
                 | flag(limit.is_some(), flags::LIMITED)
                 | flag(settings.windows == Windows::RingError, flags::RING_ERROR)
@@ -284,11 +286,10 @@ impl Recording<'_> {
 
     /// How many models each signal may have.
     fn model_limit(&self) -> Option<u32> {
-        let signals = if self.inputs.specular.is_some() { 2 } else { 1 };
-        self.limit.map(|limit| limit / signals)
+        self.limit.map(|limit| limit / self.inputs.signals())
     }
 
-    /// Whether one of the [`SAVINGS`](crate::SAVINGS) is taken.
+    /// Whether one of the savings is taken.
     fn saves(&self, saving: u32) -> bool {
         saving < self.savings
     }

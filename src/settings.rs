@@ -2,13 +2,13 @@
 
 use crate::{Conventions, FrameError};
 
-/// What frames may do for less time, in the order of what the image loses for the time that is won. Each of them keeps to what those
-/// before it do.
+/// What frames may do for less time, in the order of what the image loses for the time that is won. So many of them are taken, from the
+/// first on: [`Settings::savings`], [`Settings::most_savings`].
 ///
-/// | saving | instead of | shows as |
+/// | saving | without it | shows as |
 /// | --- | --- | --- |
-/// | bilinear history | twelve cubic taps where all belong to the surface | blur while the camera moves; less noise |
-/// | sparse moments | models that look at all tiles of 8x8 pixels, not at every other one | noisier, fewer models; changes of the light are noticed later |
+/// | bilinear history | history is resampled by twelve cubic taps, where all belong to the surface | blur while the camera moves; less noise |
+/// | sparse moments | models see every tile of 8x8 pixels, not every other one, and changes of the light are looked for every 16 pixels, not 32 | more noise where models are small; changes of the light that are noticed later |
 pub const SAVINGS: [&str; 2] = ["bilinear history", "sparse moments"];
 
 /// How each model's window is chosen, among the tile of 8x8 pixels that is its centre with its four neighbours, 3x3 tiles, and,
@@ -39,8 +39,7 @@ pub enum Centres {
     Uniform(u32),
 }
 
-/// How many linear models a frame may fit. They are what its time can be bought with: fitting them is most of what is not the
-/// same for every frame.
+/// How many linear models a frame may fit, or how long it may take.
 ///
 /// The coarsest level, a model for 32x32 pixels, is always fitted, so that every pixel is predicted. Finer models go where they
 /// are expected to gain most: by the error of what would predict the tile otherwise, beyond noise and relative to its
@@ -57,8 +56,10 @@ pub enum Budget {
     Unlimited,
     /// At most so many models, or those of the coarsest level where these are more; half as many for each of two signals.
     Models(u32),
-    /// As many models as keep the frame's time on the GPU below so many milliseconds, above 0. It is aimed at 95 % of it, from
-    /// one model for 256 pixels on, and within some tens of frames; what a frame takes without finer models is the floor.
+    /// What keeps the frame's time on the GPU below so many milliseconds, above 0: first no more than one model for 256 pixels, then
+    /// the first of the [`SAVINGS`], then fewer models, then the other savings, as far as
+    /// [`Settings::most_savings`] allows. It is aimed at 95 % of it, which takes some thirty frames. What a frame takes with all of that
+    /// is the floor: on a CPU driver 57 % of the time without a budget.
     ///
     /// Times are the denoiser's own timestamps where the device has `Features::TIMESTAMP_QUERY`, or
     /// [`FrameInputs::measured_ms`](crate::FrameInputs::measured_ms). Without either the number stays where it began, and
@@ -111,10 +112,10 @@ pub struct Settings {
     pub debug_specular: bool,
     /// How many models may be fitted (default: as many as the image needs).
     pub budget: Budget,
-    /// How many of the [`SAVINGS`](crate::SAVINGS) are taken in every frame: the first so many of them, 0 to 2, default 0.
+    /// How many of the [`SAVINGS`] every frame takes, 0 to 2, default 0.
     pub savings: u32,
-    /// How many of the [`SAVINGS`](crate::SAVINGS) a budget of time may take at most, 0 to 2, default 2. Fewer than
-    /// [`savings`](Self::savings) count as these.
+    /// How many of the [`SAVINGS`] a frame may take to keep a budget of time, 0 to 2, default 2. Where they are fewer than
+    /// [`savings`](Self::savings), these count.
     pub most_savings: u32,
 }
 
@@ -150,10 +151,10 @@ impl Settings {
         Self { max_history: 1024.0, ..Self::default() }
     }
 
-    /// For the least time: one model for 32x32 pixels is fitted and no finer one. It shows as seams of tiles and as blur where the
-    /// temporal mean has little to say, as after a cut.
+    /// For the least time: one model for 32x32 pixels is fitted and no finer one, and all [`SAVINGS`] are taken. It shows as seams of
+    /// tiles and as blur where the temporal mean has little to say, as after a cut.
     pub fn fast() -> Self {
-        Self { budget: Budget::Models(0), ..Self::default() }
+        Self { budget: Budget::Models(0), savings: SAVINGS.len() as u32, ..Self::default() }
     }
 
     /// Sets [`conventions`](Self::conventions).

@@ -13,9 +13,9 @@ pub(crate) struct Signal {
     pub history: TextureView,
     /// How far samples scatter, and how far the mean is off, by chance.
     pub noise: TextureView,
-    /// One per tile. Under a budget they outlive the frame, as the next two.
+    /// One per tile. Under a budget they outlive the frame.
     pub models: Buffer,
-    /// The window of each tile's model and its age; 0 for no model.
+    /// The window of each tile's model and its age; 0 for no model. Outlives the frame.
     pub windows: Buffer,
     /// `windows` of the frame before, later what they come to in this one.
     pub kept: Buffer,
@@ -50,9 +50,9 @@ impl Signal {
         ]);
     }
 
-    /// Clears what the passes count in, and hands the models of the frame before on where they may be kept.
-    pub fn clear(&self, encoder: &mut wgpu::CommandEncoder, keeps_models: bool) {
-        if keeps_models {
+    /// Clears what the passes count in, and hands on which models the frame before had, where that is of this one's tiles.
+    pub fn clear(&self, encoder: &mut wgpu::CommandEncoder, knows_models: bool) {
+        if knows_models {
             encoder.copy_buffer_to_buffer(&self.windows, 0, &self.kept, 0, self.kept.size());
         } else {
             encoder.clear_buffer(&self.kept, 0, None);

@@ -192,7 +192,10 @@ fn savings_are_taken_where_fewer_models_are_not_enough() {
     let floor_ms = 1.0 + 0.02 * coarsest(SIZE) as f32;
     assert_eq!(pace(100.0).1, 0);
     let (limit, savings) = pace(1.35);
-    assert!(savings == 1 && limit > coarsest(SIZE), "the first, before models are given up: {limit}, {savings}");
+    assert!(
+        savings == 1 && limit > coarsest(SIZE),
+        "the first, before models are given up: {limit}, {savings}"
+    );
     assert_eq!(pace(0.5 * floor_ms), (coarsest(SIZE), 2), "all that there is");
 }
 

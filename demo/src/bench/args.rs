@@ -30,6 +30,9 @@ pub struct BenchArgs {
     /// What moves from frame to frame
     #[arg(long, value_enum, default_value_t = Motion::Walk)]
     pub motion: Motion,
+    /// Samples per pixel
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub spp: u32,
     /// What to time; may be given several times [default: all but none]
     #[arg(long, value_enum, value_delimiter = ',')]
     pub method: Vec<Method>,
@@ -64,6 +67,7 @@ impl BenchArgs {
             warm_up: self.warm_up,
             start_s: self.start,
             motion: self.motion,
+            spp: self.spp,
             methods,
             baseline: self.baseline,
             split: self.split.split(),

@@ -44,6 +44,8 @@ pub struct BenchOptions {
     /// Scene time of the first frame, seconds.
     pub start_s: f32,
     pub motion: Motion,
+    /// Samples per pixel.
+    pub spp: u32,
     /// Each once.
     pub methods: Vec<Method>,
     /// What ratios are to; by default SVGF where it is timed, otherwise the first but quell.
@@ -73,7 +75,6 @@ const GPU_SIZES: [[u32; 2]; 3] = [[1280, 720], [1920, 1080], [2560, 1440]];
 const CPU_SIZES: [[u32; 2]; 1] = [[320, 180]];
 /// Frames per second of the walk's time.
 const FPS: f32 = 30.0;
-const SPP: u32 = 1;
 
 const ON_CPU: &str = "timestamps of a CPU adapter do not wait for compute passes, so frames are timed by the wall clock, \
                       quell's pass by pass, the others' in one; times on a CPU say nothing about a GPU";
@@ -115,7 +116,7 @@ pub fn bench(gpu: &Gpu, options: &BenchOptions) -> Result<BenchReport> {
         start_s: options.start_s,
         motion: options.motion,
         settings: (options.settings != Settings::default()).then(|| format!("{:?}", options.settings)),
-        spp: SPP,
+        spp: options.spp,
         warm_up: options.warm_up,
         frames: options.frames,
         baseline: baseline.name(),
@@ -176,7 +177,7 @@ fn set_up(gpu: &Gpu, options: &BenchOptions, [width, height]: [u32; 2]) -> Resul
                 // Time that stands still, but for the noise.
                 fps: if options.motion == Motion::Still { f32::INFINITY } else { FPS },
                 start_s: options.start_s,
-                spp: SPP as f32,
+                spp: options.spp as f32,
                 sampling: Sampling::Uniform,
                 seed: 0,
                 jitter: false,
@@ -270,6 +271,7 @@ mod tests {
             warm_up: 1,
             start_s: 0.0,
             motion,
+            spp: 1,
             methods: vec![method],
             baseline: None,
             split: Split::None,

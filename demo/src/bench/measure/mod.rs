@@ -84,6 +84,7 @@ pub fn measure(gpu: &Gpu, args: &MeasureArgs) -> Result<MeasureReport> {
         warm_up: args.warm_up,
         start_s: 0.0,
         motion,
+        spp: 1,
         methods: methods.to_vec(),
         baseline: None,
         split: args.split.split(),
