@@ -292,9 +292,10 @@ fn look_around(pixel: vec2<u32>, centre: Surface) -> Around {
             around.samples += sample.w;
             if IS_SPECULAR {
                 let old = load_reprojected(vec2<u32>(texel));
-                let change = l - luminance(old.rgb);
-                let weight = select(0.0, sample.w, old.w > 0.0);
-                around.changed += select(0.0, 1.0, old.w > 0.0);
+                let has_history = old.w > 0.0;
+                let change = select(0.0, l - luminance(old.rgb), has_history);
+                let weight = select(0.0, sample.w, has_history);
+                around.changed += select(0.0, 1.0, has_history);
                 around.weight += weight;
                 around.change += weight * change;
                 around.change_squares += weight * change * change;

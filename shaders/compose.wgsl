@@ -79,7 +79,7 @@ fn compose(
 // would flicker.
 fn group_shift(index: u32) -> vec2<i32> {
     let random = pcg(index / SHIFT_FRAMES);
-    return vec2<i32>(vec2(random, random >> 4u) & vec2(15u));
+    return vec2<i32>(vec2(random % u32(GROUP), random / u32(GROUP) % u32(GROUP)));
 }
 
 fn compose_pixel(pixel: vec2<u32>, cell: i32) {
@@ -174,7 +174,7 @@ const LINK_COSINE = 0.8;
 
 // Two cells are linked by a bit of the earlier one. A row's last cells have none to the right.
 fn is_linked(earlier: i32, bit: u32) -> bool {
-    return earlier >= 0 && (links[max(earlier, 0)] & bit) != 0u;
+    return earlier >= 0 && (links[earlier] & bit) != 0u;
 }
 
 fn samples_of(cell: i32) -> u32 {

@@ -3,7 +3,7 @@
 // Windows are nested: a cross of five tiles, 3x3, 5x5. By the ring error, what each adds, a ring, first tests the model of the window
 // inside it, then joins. By Mallows' Cp only the least and the widest are fitted.
 //
-// Reads   moments, centre_list, levels.
+// Reads   moments, centre_list, levels; kept: the windows of the frame before.
 // Writes  models, windows, coverage (layout: include/models)
 // Source  Moon et al. 2015, section 4, with the recursion over pixels replaced by the equal sum of tile moments; Mallows,
 //         "Some Comments on Cp", Technometrics 1973
@@ -48,7 +48,7 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
     var widest = select(frame.widest_window, WIDEST_WINDOW, is_base);
     // What a tile chose lately it would choose again.
     let known = stored_window(kept[centre]);
-    if !is_base && !by_ring && is_settled(known, place) {
+    if !is_base && !by_ring && is_settled(known, place, centre) {
         first = known;
         widest = known;
     }
@@ -117,9 +117,10 @@ fn fit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
 
 // Whether a tile need not choose its window: it does in one of so many frames, in turns. A function, so that tests/cost can leave it out
 // of frames in which all choose.
-fn is_settled(known: u32, place: vec2<u32>) -> bool {
+fn is_settled(known: u32, place: vec2<u32>, centre: u32) -> bool {
     let may_be_chosen = known == frame.least_window || known == frame.widest_window;
-    return may_be_chosen && (place.x + 2u * place.y + frame.index) % CHOICE_FRAMES != 0u;
+    let has_samples = moments[centre * TILE_STRIDE][TILE_WEIGHT] > 0.0; // so any window has
+    return may_be_chosen && has_samples && (place.x + 2u * place.y + frame.index) % CHOICE_FRAMES != 0u;
 }
 
 const CHOICE_FRAMES = 4u;

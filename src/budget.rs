@@ -22,6 +22,13 @@ const MODELS_SHARE: f32 = 0.2;
 const RATIO_BOUNDS: [f32; 2] = [0.6, 0.99];
 const SHARE_BOUNDS: [f32; 2] = [0.04, 0.7];
 
+/// Changes that are expected to be worth less, as a share of the time, teach nothing.
+const LEAST_LESSON: f32 = 0.02;
+/// What one lesson may change the time of a model by.
+const MOST_OFF: f32 = 3.0;
+/// Share of what was learnt of savings that is forgotten in a frame that has much time left.
+const FORGOTTEN: f32 = 0.005;
+
 const SAVINGS: usize = crate::SAVINGS.len();
 
 /// What a frame came to.
@@ -128,6 +135,9 @@ impl Controller {
         if let Some(time) = self.deviation_from(aim) {
             let used = self.used();
             let plan = self.plan_for(aim, time, used);
+            if plan == self.plan && time < (1.0 - CERTAIN[0].1) * aim {
+                self.forget();
+            }
             if plan != self.plan {
                 self.set(plan, frame, Some((self.plan, time, used)));
             }
@@ -160,7 +170,11 @@ impl Controller {
             let room = if is_given_up { MARGIN * aim } else { aim }
                 - fixed_ms * self.ratio(self.plan.savings, savings);
             let floor = if savings == 0 { start.min(needed).max(least) } else { least };
-            plan = Plan { savings, models: ((room / model_ms) as u32).min(needed).clamp(least, most) };
+            let mut models = ((room / model_ms) as u32).min(needed);
+            if savings == self.plan.savings && time <= aim {
+                models = models.max(self.plan.models);
+            }
+            plan = Plan { savings, models: models.clamp(least, most) };
             if room >= model_ms * floor as f32 {
                 break;
             }
@@ -182,7 +196,7 @@ impl Controller {
     }
 
     fn fixed_ms(&self, time: f32, used: u32) -> f32 {
-        (time - used as f32 * self.model_ms(time)).max((1.0 - SHARE_BOUNDS[1]) * time)
+        (time - used as f32 * self.model_ms(time)).max((1.0 - SHARE_BOUNDS[1]) * time).max(1e-6)
     }
 
     /// Compares the present plan with the one before, once its time is known. What the change was worth beyond what was expected
@@ -194,10 +208,14 @@ impl Controller {
         let ratio = self.ratio(before.savings, self.plan.savings);
         let by_savings = fixed_ms * (1.0 - ratio);
         let by_models = model_ms * (used_before as f32 - self.used() as f32);
-        let surprise =
-            (time_before - time - by_savings - by_models) / (by_savings.abs() + by_models.abs()).max(1e-9);
+        let expected = by_savings.abs() + by_models.abs();
+        if expected <= LEAST_LESSON * time_before {
+            return;
+        }
+        let surprise = (time_before - time - by_savings - by_models) / expected;
         if by_models != 0.0 {
-            self.model_ms = Some(model_ms * (1.0 + surprise * by_models.signum()));
+            let off = (1.0 + surprise * by_models.signum()).clamp(1.0 / MOST_OFF, MOST_OFF);
+            self.model_ms = Some(model_ms * off);
         }
         let [low, high] = [before.savings.min(self.plan.savings), before.savings.max(self.plan.savings)];
         if low < high {
@@ -208,6 +226,14 @@ impl Controller {
             for ratio in &mut self.ratios[low as usize..high as usize] {
                 *ratio = (*ratio * off).clamp(RATIO_BOUNDS[0], RATIO_BOUNDS[1]);
             }
+        }
+    }
+
+    /// What was measured while something else changed as well is not believed for ever: where there is much room, giving a saving up
+    /// is tried again in the end.
+    fn forget(&mut self) {
+        for (ratio, first) in self.ratios.iter_mut().zip(RATIOS) {
+            *ratio += FORGOTTEN * (first - *ratio);
         }
     }
 
@@ -447,6 +473,26 @@ mod tests {
     fn a_target_below_the_fixed_cost_ends_at_the_floor() {
         let (_, plans) = run(600, 1.0, |_, ms| (Gpu { noise: 0.05, ..CALM }, Some(ms)));
         assert!(plans[60..].iter().all(|&plan| plan == Plan { savings: 2, models: 100 }), "{plans:?}");
+    }
+
+    /// As where the camera leaves what was dear just when the plan changes: what is learnt then is wrong.
+    #[test]
+    fn a_false_lesson_is_forgotten() {
+        let dear = Gpu { fixed_ms: 4.6, ..CALM };
+        let cheap = Gpu { fixed_ms: 2.4, ..CALM };
+        for (target_ms, left) in [(5.0, 7), (5.0, 9), (4.5, 8), (4.0, 17)] {
+            let (_, plans) =
+                run(900, target_ms, |frame, ms| (if frame < left { dear } else { cheap }, Some(ms)));
+            assert_eq!(plans[899].savings, 0, "{target_ms}, {left}: {:?}", plans[899]);
+            assert!(plans[899].models >= cheap.demand.min(1000), "{:?}", plans[899]);
+        }
+    }
+
+    /// A time of 0, as coarse clocks have it.
+    #[test]
+    fn no_time_at_all_is_no_harm() {
+        let (times, _) = run(200, 4.5, |frame, ms| (CALM, Some(if frame < 60 { 0.0 } else { ms })));
+        assert!(times[120..].iter().all(|ms| (3.9..=4.5).contains(ms)), "{:?}", &times[120..]);
     }
 
     #[test]

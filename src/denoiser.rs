@@ -43,7 +43,7 @@ pub(crate) struct Previous {
     pub camera: Camera,
     /// In pixels.
     pub size: [u32; 2],
-    /// Whether the models had a limit, so that they may be kept.
+    /// Whether the models had a limit, so that they may be kept, and with them their windows.
     pub was_limited: bool,
     /// Whether there were two signals; their histories mean something else than that of one.
     pub was_split: bool,

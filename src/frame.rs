@@ -80,7 +80,7 @@ pub struct FrameOutputs {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Notice {
-    /// A budget in milliseconds was set, but for eight frames nothing told how long they take: nothing is saved, and
-    /// the number of models stays as it is. Said once in a denoiser's life.
+    /// A budget in milliseconds was set, but for eight frames nothing told how long they take: the number of models
+    /// and what is saved stay as they are. Said once in a denoiser's life.
     NoTimestamps,
 }

@@ -4,25 +4,16 @@ use crate::denoiser::{Previous, Specular};
 use crate::gpu::{FrameUniforms, Recorder, flags};
 use crate::guides::Guides;
 use crate::passes::{
-    Pipelines, SignalPasses,
-    accumulate::AccumulateViews,
-    compose::ComposeViews,
-    debug_view::DebugViewViews,
-    fit::{self, FitViews},
-    innovation::InnovationViews,
-    predict::PredictViews,
-    reproject::ReprojectViews,
+    Pipelines, SignalPasses, accumulate::AccumulateViews, compose::ComposeViews, debug_view::DebugViewViews,
+    fit::FitViews, innovation::InnovationViews, predict::PredictViews, reproject::ReprojectViews,
     sample_map::SampleMapViews,
 };
 use crate::scratch::Scratch;
+use crate::settings::{BILINEAR_HISTORY, SPARSE_MOMENTS};
 use crate::signal::Signal;
 use crate::{Camera, DebugView, FrameInputs, SampleMap, Settings, Viewport, Windows, layout};
 use bytemuck::Zeroable;
 use wgpu::{TextureFormat, TextureView};
-
-/// Places in [`SAVINGS`](crate::SAVINGS).
-const BILINEAR_HISTORY: u32 = 0;
-const SPARSE_MOMENTS: u32 = 1;
 
 /// A frame that was checked and whose resources are there.
 pub(crate) struct Recording<'a> {
@@ -181,7 +172,7 @@ impl Recording<'_> {
             recorder,
             &FitViews { moments, centre_list, levels, models, windows, coverage, kept, histogram },
             layout::tiles(size),
-            self.fit_limit(),
+            self.limit.is_some(),
         );
         passes.predict.record(recorder, &PredictViews { guide, models, windows, prediction }, size);
         passes.compose.record(
@@ -271,17 +262,6 @@ impl Recording<'_> {
         uniforms.set_windows(settings.windows, settings.centres);
         conventions.enter(&mut uniforms, self.camera.clip_from_view);
         uniforms
-    }
-
-    /// What of the budget is left for finer levels than the coarsest.
-    fn fit_limit(&self) -> fit::Limit {
-        match self.model_limit() {
-            None => fit::Limit::None,
-            Some(limit) if u64::from(limit) <= layout::least_models(self.viewport.size) => {
-                fit::Limit::Coarsest
-            }
-            Some(_) => fit::Limit::Chosen,
-        }
     }
 
     /// How many models each signal may have.

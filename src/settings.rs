@@ -5,11 +5,14 @@ use crate::{Conventions, FrameError};
 /// What frames may do for less time, in the order of what the image loses for the time that is won. So many of them are taken, from the
 /// first on: [`Settings::savings`], [`Settings::most_savings`].
 ///
-/// | saving | without it | shows as |
+/// | saving | what it does | shows as |
 /// | --- | --- | --- |
-/// | bilinear history | history is resampled by twelve cubic taps, where all belong to the surface | blur while the camera moves; less noise |
-/// | sparse moments | models see every tile of 8x8 pixels, not every other one, and changes of the light are looked for every 16 pixels, not 32 | more noise where models are small; changes of the light that are noticed later |
+/// | bilinear history | history is resampled by four taps, and nowhere by twelve cubic ones | blur while the camera moves; less noise |
+/// | sparse moments | models see every other tile of 8x8 pixels; changes of the light are looked for every 32 pixels instead of 16 | more noise where models are small; changes of the light that are noticed later |
 pub const SAVINGS: [&str; 2] = ["bilinear history", "sparse moments"];
+/// Places of the savings.
+pub(crate) const BILINEAR_HISTORY: u32 = 0;
+pub(crate) const SPARSE_MOMENTS: u32 = 1;
 
 /// How each model's window is chosen, among the tile of 8x8 pixels that is its centre with its four neighbours, 3x3 tiles, and,
 /// in frames of at least 320 pixels each way, 5x5 tiles.
@@ -114,8 +117,8 @@ pub struct Settings {
     pub budget: Budget,
     /// How many of the [`SAVINGS`] every frame takes, 0 to 2, default 0.
     pub savings: u32,
-    /// How many of the [`SAVINGS`] a frame may take to keep a budget of time, 0 to 2, default 2. Where they are fewer than
-    /// [`savings`](Self::savings), these count.
+    /// How many of the [`SAVINGS`] a frame may take to keep a budget of time, 0 to 2, default 2. At least as many as
+    /// [`savings`](Self::savings) says are taken.
     pub most_savings: u32,
 }
 

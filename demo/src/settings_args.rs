@@ -25,7 +25,7 @@ pub struct SettingsArgs {
     /// Most models that a frame may fit; those of the coarsest level are always fitted
     #[arg(long, value_name = "N", conflicts_with = "budget_ms")]
     pub budget_models: Option<u32>,
-    /// Milliseconds that a frame may take on the GPU, kept by the number of models
+    /// Milliseconds that a frame may take on the GPU, kept by the number of models and by savings
     #[arg(long, value_name = "MS", value_parser = crate::cli::positive)]
     pub budget_ms: Option<f32>,
     /// How many savings are taken, 0 to 2: bilinear history, sparse moments

@@ -30,7 +30,7 @@ fn stored_window(entry: u32) -> u32 {
     return entry & ((1u << WINDOW_BITS) - 1u);
 }
 
-// Under a budget `kept` holds, per tile, the entry that `windows` had in the frame before, 0 where its model holds no longer;
+// `kept` holds, per tile, the entry that `windows` had in the frame before; under a budget 0 where its model holds no longer,
 // and in the bits above the bucket of the gain that another model is expected to bring, 0 where the tile needs none.
 const KEPT_BITS = 16u;
 const BUCKETS = 1024u; // of each level in `histogram`, by rising gain

@@ -26,7 +26,8 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
 };
 
 /// What the pass reads and writes; named as in the WGSL. `windows`, `coverage`, `levels` and `histogram` are 0
-/// before it, and `kept` is what `windows` was in the frame before.
+/// before it, and `kept` is what `windows` was in the frame before,
+/// of which a limited frame forgets the models that hold no longer.
 #[derive(Debug, Clone, Copy)]
 #[expect(missing_docs, reason = "documented once, at the head of the WGSL")]
 pub struct FitViews<'a> {
@@ -38,17 +39,6 @@ pub struct FitViews<'a> {
     pub coverage: &'a Buffer,
     pub kept: &'a Buffer,
     pub histogram: &'a Buffer,
-}
-
-/// How many models may be fitted; all but the first with the frame's flag `LIMITED`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Limit {
-    /// As many as are needed.
-    None,
-    /// No more than the frame says: finer levels get what is left.
-    Chosen,
-    /// Those of the coarsest level.
-    Coarsest,
 }
 
 /// The pass: for each level, a dispatch that lists centres and one that fits their models. Under a budget, two list the centres
@@ -83,18 +73,17 @@ impl Fit {
         }
     }
 
-    /// Records the pass over `extent` tiles.
-    pub fn record(&self, recorder: &mut Recorder<'_>, views: &FitViews<'_>, extent: [u32; 2], limit: Limit) {
-        let levels = if limit == Limit::Coarsest { 1 } else { LEVELS };
-        let groups = Vec::from_iter((0..levels).map(|level| {
-            let is_chosen = limit == Limit::Chosen && level > 0;
+    /// Records the pass over `extent` tiles; `limited` where the frame's flag `LIMITED` is set.
+    pub fn record(&self, recorder: &mut Recorder<'_>, views: &FitViews<'_>, extent: [u32; 2], limited: bool) {
+        let groups: [_; LEVELS] = std::array::from_fn(|level| {
+            let is_chosen = limited && level > 0;
             let list = if is_chosen {
                 self.bind_choice(recorder, views, level)
             } else {
                 vec![self.bind_centres(recorder, views, level)]
             };
             (list, self.bind_fit(recorder, views, level))
-        }));
+        });
         recorder.pass(DESCRIPTOR.name, |pass| {
             for (level, (list, fit)) in groups.iter().enumerate() {
                 let cells = extent.map(|side| side.div_ceil(LEVEL_STRIDES[level]));

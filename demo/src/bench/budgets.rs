@@ -75,6 +75,7 @@ pub struct Row {
     /// Means of the measured rounds.
     pub models: f64,
     pub models_kept: f64,
+    pub savings: f64,
 }
 
 /// Runs all budgets on all captures. Leaves `budgets.json` and `budgets.md` in `out`.
@@ -115,7 +116,8 @@ fn of_capture(gpu: &Gpu, folder: &Path, args: &BudgetsArgs) -> Result<CaptureRep
         // The first is taken before models are given up, the others after.
         let budget = if savings == 1 { Budget::Unlimited } else { Budget::Models(0) };
         let settings = default.with_budget(budget).with_savings(savings);
-        let name = format!("{savings} savings: {saving}");
+        let models = if budget == Budget::Unlimited { "all models" } else { "least models" };
+        let name = format!("{saving}, {models}");
         rows.push(run(name, settings, UNPACED_ROUNDS)?);
     }
     for share in TIME_SHARES {
@@ -190,6 +192,7 @@ impl Played<'_> {
             tpsnr_db: quality.mean.tpsnr_db,
             models: mean(Statistics::models),
             models_kept: mean(|found| found.models_kept),
+            savings: mean(|found| found.savings),
         })
     }
 }
@@ -209,7 +212,8 @@ impl BudgetsReport {
 
 impl CaptureReport {
     fn table(&self) -> Vec<Vec<String>> {
-        let headings = ["budget", "median ms", "p95", "p95 / budget", "PSNR", "tPSNR", "models", "kept"];
+        let headings =
+            ["budget", "median ms", "p95", "p95 / budget", "PSNR", "tPSNR", "models", "kept", "savings"];
         let mut rows = vec![headings.map(str::to_owned).to_vec()];
         rows.extend(self.rows.iter().map(|row| {
             let share = row.target_ms.map(|target| format!("{:.2}", row.frame_ms.p95 / f64::from(target)));
@@ -222,6 +226,7 @@ impl CaptureReport {
                 row.tpsnr_db.map_or("-".to_owned(), |tpsnr| format!("{tpsnr:.2}")),
                 format!("{:.0}", row.models),
                 format!("{:.0}", row.models_kept),
+                format!("{:.1}", row.savings),
             ]
         }));
         rows
@@ -242,10 +247,11 @@ mod tests {
             tpsnr_db: None,
             models: 100.0,
             models_kept: 12.0,
+            savings: 1.0,
         };
         let rows = vec![row("unlimited", None), row("4 ms", Some(4.0))];
         let table = CaptureReport { capture: "x".to_owned(), width: 8, height: 8, rows }.table();
-        assert_eq!(table[1], ["unlimited", "3.80", "4.20", "-", "30.00", "-", "100", "12"]);
+        assert_eq!(table[1], ["unlimited", "3.80", "4.20", "-", "30.00", "-", "100", "12", "1.0"]);
         assert_eq!(table[2][3], "1.05");
     }
 }

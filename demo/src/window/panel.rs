@@ -135,6 +135,13 @@ fn denoiser_controls(ui: &mut Ui, view: &mut ViewState) {
     choice(ui, "Windows", &mut settings.windows, &WINDOWS);
     choice(ui, "Centres", &mut settings.centres, &CENTRES);
     budget_controls(ui, &mut settings.budget);
+    let all = quell::SAVINGS.len() as u32;
+    ui.add(Slider::new(&mut settings.savings, 0..=all).text("Savings"))
+        .on_hover_text(quell::SAVINGS.join(", "));
+    if matches!(settings.budget, Budget::Milliseconds(_)) {
+        ui.add(Slider::new(&mut settings.most_savings, 0..=all).text("Most savings"))
+            .on_hover_text("To keep the time");
+    }
     ui.add(Slider::new(&mut settings.firefly_limit, 0.1..=100.0).logarithmic(true).text("Firefly limit"))
         .on_hover_text("Standard errors by which one sample may move its neighbourhood's mean");
     ui.checkbox(&mut settings.innovation, "Predict changes of the light")

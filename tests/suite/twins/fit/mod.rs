@@ -16,7 +16,7 @@ use quell::gpu::{FrameUniforms, flags};
 use quell::layout::{
     self, BUCKETS, LEVELS, LEVELS_WORDS, MODEL_STRIDE, MODELS, SURFACE_FEATURES, WIDEST_WINDOW_PX,
 };
-use quell::passes::fit::{Fit, FitViews, Limit};
+use quell::passes::fit::{Fit, FitViews};
 use quell::{Centres, Windows};
 use rand::{SeedableRng, rngs::StdRng};
 
@@ -90,8 +90,7 @@ fn run_pass(u: &FrameUniforms, tiles: &[Tile<N>], models: &[f32], kept: &[u32]) 
             kept: &kept,
             histogram: &histogram,
         };
-        let limit = if u.flags & flags::LIMITED == 0 { Limit::None } else { Limit::Chosen };
-        pass.record(recorder, &views, u.tiles, limit);
+        pass.record(recorder, &views, u.tiles, u.flags & flags::LIMITED != 0);
     });
     let models = download_buffer(&models);
     Found {
