@@ -48,6 +48,16 @@ pub(crate) struct Plan {
     pub models: u32,
 }
 
+/// What a plan came to.
+#[derive(Debug, Clone, Copy)]
+struct Outcome {
+    plan: Plan,
+    /// That frames took, in milliseconds.
+    time: f32,
+    /// Models that they had.
+    used: u32,
+}
+
 /// Between what a plan is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Bounds {
@@ -73,8 +83,8 @@ pub(crate) struct Controller {
     readings: VecDeque<f32>,
     /// Models of the newest frame since then.
     used: Option<u32>,
-    /// The plan before, with what its frames took and used: until this one's time is known well enough to compare.
-    before: Option<(Plan, f32, u32)>,
+    /// What the plan before came to, until it is known of this one.
+    before: Option<Outcome>,
     ratios: [f32; SAVINGS],
     /// Of one model, where it is known.
     model_ms: Option<f32>,
@@ -133,19 +143,18 @@ impl Controller {
         self.learn();
         let aim = AIM * target_ms;
         if let Some(time) = self.deviation_from(aim) {
-            let used = self.used();
-            let plan = self.plan_for(aim, time, used);
-            if plan == self.plan && time < (1.0 - CERTAIN[0].1) * aim {
-                self.forget();
-            }
+            let now = Outcome { plan: self.plan, time, used: self.used() };
+            let plan = self.plan_for(aim, now);
             if plan != self.plan {
-                self.set(plan, frame, Some((self.plan, time, used)));
+                self.set(plan, frame, Some(now));
+            } else if time < (1.0 - CERTAIN[0].1) * aim {
+                self.forget();
             }
         }
         self.plan
     }
 
-    fn set(&mut self, plan: Plan, frame: u32, before: Option<(Plan, f32, u32)>) {
+    fn set(&mut self, plan: Plan, frame: u32, before: Option<Outcome>) {
         self.plan = plan;
         self.since = frame;
         self.readings.clear();
@@ -157,25 +166,24 @@ impl Controller {
         self.used.unwrap_or(self.plan.models).min(self.plan.models)
     }
 
-    /// The best plan that is expected to keep the aim, where a frame with `used` models took `time`.
-    fn plan_for(&self, aim: f32, time: f32, used: u32) -> Plan {
+    /// The best plan that is expected to keep the aim, from what the present one comes to.
+    fn plan_for(&self, aim: f32, Outcome { plan: present, time, used }: Outcome) -> Plan {
         let Bounds { models: [least, most], start, savings: [first, last] } = self.bounds;
         let model_ms = self.model_ms(time);
         let fixed_ms = self.fixed_ms(time, used);
         // What is not needed now is no reason to allow more of it later.
-        let needed = if used as f32 >= NEEDED * self.plan.models as f32 { most } else { self.plan.models };
-        let mut plan = self.plan;
+        let needed = if used as f32 >= NEEDED * present.models as f32 { most } else { present.models };
+        let mut plan = present;
         for savings in first..=last {
-            let is_given_up = savings < self.plan.savings;
-            let room = if is_given_up { MARGIN * aim } else { aim }
-                - fixed_ms * self.ratio(self.plan.savings, savings);
-            let floor = if savings == 0 { start.min(needed).max(least) } else { least };
+            let share = if savings < present.savings { MARGIN } else { 1.0 };
+            let room = share * aim - fixed_ms * self.ratio(present.savings, savings);
             let mut models = ((room / model_ms) as u32).min(needed);
-            if savings == self.plan.savings && time <= aim {
-                models = models.max(self.plan.models);
+            if savings == present.savings && time <= aim {
+                models = models.max(present.models);
             }
             plan = Plan { savings, models: models.clamp(least, most) };
-            if room >= model_ms * floor as f32 {
+            let enough = if savings == 0 { start.min(needed).max(least) } else { least };
+            if room >= model_ms * enough as f32 {
                 break;
             }
         }
@@ -203,29 +211,29 @@ impl Controller {
     /// is shared between savings and models as the expectation was.
     fn learn(&mut self) {
         let Some(time) = median(self.readings.iter(), FEW) else { return };
-        let Some((before, time_before, used_before)) = self.before.take() else { return };
-        let (model_ms, fixed_ms) = (self.model_ms(time_before), self.fixed_ms(time_before, used_before));
-        let ratio = self.ratio(before.savings, self.plan.savings);
+        let Some(before) = self.before.take() else { return };
+        let now = Outcome { plan: self.plan, time, used: self.used() };
+        // Towards more savings, whichever way it went.
+        let (from, to) = if now.plan.savings < before.plan.savings { (now, before) } else { (before, now) };
+        let taken = from.plan.savings as usize..to.plan.savings as usize;
+        let (model_ms, fixed_ms) = (self.model_ms(from.time), self.fixed_ms(from.time, from.used));
+        let ratio = self.ratio(from.plan.savings, to.plan.savings);
         let by_savings = fixed_ms * (1.0 - ratio);
-        let by_models = model_ms * (used_before as f32 - self.used() as f32);
-        let expected = by_savings.abs() + by_models.abs();
-        if expected <= LEAST_LESSON * time_before {
+        let by_models = model_ms * (from.used as f32 - to.used as f32);
+        let expected = by_savings + by_models.abs();
+        if expected <= LEAST_LESSON * from.time {
             return;
         }
-        let surprise = (time_before - time - by_savings - by_models) / expected;
+        let surprise = (from.time - to.time - by_savings - by_models) / expected;
         if by_models != 0.0 {
-            let off = (1.0 + surprise * by_models.signum()).clamp(1.0 / MOST_OFF, MOST_OFF);
-            self.model_ms = Some(model_ms * off);
+            let off = 1.0 + surprise * by_models.signum();
+            self.model_ms = Some(model_ms * off.clamp(1.0 / MOST_OFF, MOST_OFF));
         }
-        let [low, high] = [before.savings.min(self.plan.savings), before.savings.max(self.plan.savings)];
-        if low < high {
-            let found = (1.0 - (by_savings + surprise * by_savings.abs()) / fixed_ms).max(1e-3);
-            let shorter = if self.plan.savings > before.savings { found / ratio } else { ratio / found };
-            // Of several that were taken at once, each is off by as much.
-            let off = shorter.powf(1.0 / (high - low) as f32);
-            for ratio in &mut self.ratios[low as usize..high as usize] {
-                *ratio = (*ratio * off).clamp(RATIO_BOUNDS[0], RATIO_BOUNDS[1]);
-            }
+        // Of several that were taken at once, each is off by as much.
+        let found = (1.0 - by_savings * (1.0 + surprise) / fixed_ms).max(1e-3);
+        let off = (found / ratio).powf(1.0 / taken.len().max(1) as f32);
+        for ratio in &mut self.ratios[taken] {
+            *ratio = (*ratio * off).clamp(RATIO_BOUNDS[0], RATIO_BOUNDS[1]);
         }
     }
 
