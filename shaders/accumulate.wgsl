@@ -202,19 +202,15 @@ fn relight(pixel: vec2<u32>, z: Regressors) -> Relit {
     var spread = 0.0;    // what a sample may differ by
     var changed = 0u;    // a bit for each that says that the light did
     for (var i = 0; i < 4; i++) {
-        let step = vec2(i & 1, i >> 1u);
-        let centre = corner + step;
-        if any(centre < vec2(0)) || any(centre >= vec2<i32>(innovation_centres(frame))) {
+        let near = near_centre(i, corner, f);
+        if any(near.centre < vec2(0)) || any(near.centre >= vec2<i32>(innovation_centres(frame))) {
             continue;
         }
-        let start = (u32(centre.y) * innovation_centres(frame).x + u32(centre.x)) * MODEL_STRIDE;
-        let head = innovations[start];
+        let head = innovations[near.start];
         if head[HEAD_SAMPLES] > 0.0 {
-            let sides = select(1.0 - f, f, step == vec2(1));
-            let weight = sides.x * sides.y;
-            sum.w += weight;
+            sum.w += near.weight;
             changed |= select(0u, 1u << u32(i), head[HEAD_SIGNIFICANCE] > 0.0);
-            spread += weight * sqrt(head[HEAD_SAMPLES] * head[HEAD_VARIANCE]);
+            spread += near.weight * sqrt(head[HEAD_SAMPLES] * head[HEAD_VARIANCE]);
         }
     }
     if sum.w <= 0.0 {
@@ -222,13 +218,9 @@ fn relight(pixel: vec2<u32>, z: Regressors) -> Relit {
     }
     // Not within the loop above: a CPU takes a loop's end, but no branch past a body.
     for (var round = 0; round < 4 && changed != 0u; round++) {
-        let i = i32(firstTrailingBit(changed));
+        let near = near_centre(i32(firstTrailingBit(changed)), corner, f);
         changed &= changed - 1u;
-        let step = vec2(i & 1, i >> 1u);
-        let centre = vec2<u32>(corner + step);
-        let start = (centre.y * innovation_centres(frame).x + centre.x) * MODEL_STRIDE;
-        let sides = select(1.0 - f, f, step == vec2(1));
-        sum += sides.x * sides.y * vec4(predicted_change(start, z), 0.0);
+        sum += near.weight * vec4(predicted_change(near.start, z), 0.0);
     }
     let moved = max(old.rgb + sum.rgb / sum.w, vec3(0.0));
     let change = luminance(moved) - luminance(old.rgb);
@@ -243,6 +235,21 @@ fn relight(pixel: vec2<u32>, z: Regressors) -> Relit {
         relit.most = luminance(moved) + frame.firefly_limit * spread / sum.w;
     }
     return relit;
+}
+
+// One of the four centres about a place: where its model lies, and its bilinear weight.
+struct NearCentre {
+    centre: vec2<i32>,
+    start: u32, // of use where there is such a centre
+    weight: f32,
+}
+
+fn near_centre(i: i32, corner: vec2<i32>, f: vec2<f32>) -> NearCentre {
+    let step = vec2(i & 1, i >> 1u);
+    let centre = corner + step;
+    let sides = select(1.0 - f, f, step == vec2(1));
+    let start = (u32(centre.y) * innovation_centres(frame).x + u32(centre.x)) * MODEL_STRIDE;
+    return NearCentre(centre, start, sides.x * sides.y);
 }
 
 fn predicted_change(start: u32, z: Regressors) -> vec3<f32> {
