@@ -236,7 +236,13 @@ fn ridge(moments: &Moments<N>, mean: &[f64; N], relative_noise: f64, size: u32) 
 #[test]
 fn windows_are_chosen_in_turns() {
     let size = [200, 160];
-    let tiles = random_tiles(&mut StdRng::seed_from_u64(38), size, 4);
+    let mut tiles = random_tiles(&mut StdRng::seed_from_u64(38), size, 4);
+    // Where the least window has no samples and the widest has, a tile may not keep to the least.
+    let columns = layout::tiles(size)[0] as usize;
+    let hole = 8 * columns + 8;
+    for t in [hole, hole - 1, hole + 1, hole - columns, hole + columns] {
+        tiles[t].rows.clear();
+    }
     let dense = |windows, kept: &[u32]| run_fit_after(&tiles, size, windows, Centres::Uniform(1), kept);
     let none = vec![0; tiles.len()];
     let chosen = dense(Windows::MallowsCp, &none);
@@ -245,9 +251,9 @@ fn windows_are_chosen_in_turns() {
         // The age of a kept model lies above its window.
         let found = dense(Windows::MallowsCp, &vec![window | 5 << 2; tiles.len()]);
         let (mut choosing, mut differing) = (0, 0);
-        for t in 0..tiles.len() {
+        for (t, tile) in tiles.iter().enumerate() {
             let [x, y] = [t as u32 % found.frame.tiles[0], t as u32 / found.frame.tiles[0]];
-            let chooses = (x + 2 * y + found.frame.index).is_multiple_of(4);
+            let chooses = (x + 2 * y + found.frame.index).is_multiple_of(4) || tile.weight() == 0.0;
             let expected = if chooses { &chosen } else { &fixed };
             assert_eq!(found.windows[t], expected.windows[t], "window {window}, tile {t}");
             if found.windows[t] > 0 {
