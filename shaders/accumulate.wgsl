@@ -263,7 +263,8 @@ fn predicted_change(start: u32, z: Regressors) -> vec3<f32> {
 
 // What pixels about one show that lie on the same surface: sums over those with samples.
 struct Around {
-    // Of this frame's luminance about the pixel's own: the difference of two large squares would lose f32's digits.
+    middle: f32, // the pixel's own luminance in this frame
+    // Of theirs about it: the difference of two large squares would lose f32's digits.
     count: f32,
     sum: f32,
     squares: f32,
@@ -278,8 +279,8 @@ struct Around {
 fn look_around(pixel: vec2<u32>, centre: Surface) -> Around {
     let along = elevation_along(frame.current, centre.normal);
     let own = elevation_of(along, vec2<f32>(pixel), centre.depth);
-    let middle = luminance(load_sample(pixel).rgb);
     var around: Around;
+    around.middle = luminance(load_sample(pixel).rgb);
     for (var y = -AROUND_RADIUS; y <= AROUND_RADIUS; y++) {
         for (var x = -AROUND_RADIUS; x <= AROUND_RADIUS; x++) {
             let texel = vec2<i32>(pixel) + vec2(x, y);
@@ -294,8 +295,8 @@ fn look_around(pixel: vec2<u32>, centre: Surface) -> Around {
             }
             let l = luminance(sample.rgb);
             around.count += 1.0;
-            around.sum += l - middle;
-            around.squares += (l - middle) * (l - middle);
+            around.sum += l - around.middle;
+            around.squares += (l - around.middle) * (l - around.middle);
             around.samples += sample.w;
             if IS_SPECULAR {
                 let old = load_reprojected(vec2<u32>(texel));
@@ -347,12 +348,11 @@ fn spatial_spread(pixel: vec2<u32>, centre: Surface, seen: Around) -> Spread {
     if !IS_SPECULAR {
         around = look_around(pixel, centre);
     }
-    let middle = luminance(load_sample(pixel).rgb);
     if around.count < 2.0 {
         // Alone: as uncertain as the value is large.
-        return Spread(0.0, middle * middle * around.samples);
+        return Spread(0.0, around.middle * around.middle * around.samples);
     }
     let spread = max(around.squares - around.sum * around.sum / around.count, 0.0) / (around.count - 1.0);
     // The images hold means of several samples, one of which spreads more.
-    return Spread(middle + around.sum / around.count, spread * around.samples / around.count);
+    return Spread(around.middle + around.sum / around.count, spread * around.samples / around.count);
 }

@@ -150,7 +150,6 @@ impl Played<'_> {
         let mut gbuffer = None;
         let mut quality = QualityRecorder::new();
         let (mut times_ms, mut counts): (Vec<f64>, Vec<Statistics>) = (vec![], vec![]);
-        // Timestamps of a CPU adapter say nothing, so there the denoiser is told.
         let mut measured_ms = None;
         for round in 0..rounds {
             for (i, capture) in self.frames.iter().enumerate() {
@@ -165,7 +164,7 @@ impl Played<'_> {
                     ..MethodFrame::new(gbuffer, info.camera(), info.restart || i == 0, &settings)
                 };
                 let time = stopwatch.measure(gpu, &mut runner, &frame)?;
-                measured_ms = (stopwatch.clock() == Clock::Wall).then_some(time.frame_ms as f32);
+                measured_ms = stopwatch.told_ms(&time);
                 if 3 * round >= 2 * rounds && i >= CUT_FRAMES.min(self.frames.len() / 2) {
                     times_ms.push(time.frame_ms);
                     counts.extend(runner.statistics());

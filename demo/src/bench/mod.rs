@@ -210,7 +210,6 @@ fn time_size(
     let frames = options.warm_up + options.frames;
     let progress = progress_bar(frames.into(), "timing");
     let start = Instant::now();
-    // Timestamps of a CPU adapter say nothing, so there the denoiser is told.
     let mut measured_ms = None;
     for i in 0..frames {
         trace(gpu, walk, i)?;
@@ -225,8 +224,8 @@ fn time_size(
             let time = stopwatch
                 .measure(gpu, runner, &frame)
                 .with_context(|| format!("{}, frame {i}", runner.method().name()))?;
-            if runner.method() == Method::Quell && stopwatch.clock() == Clock::Wall {
-                measured_ms = Some(time.frame_ms as f32);
+            if runner.method() == Method::Quell {
+                measured_ms = stopwatch.told_ms(&time);
             }
             if i >= options.warm_up {
                 recorders[which].add(started_ms, time, runner.models());

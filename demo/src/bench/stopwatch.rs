@@ -60,6 +60,12 @@ impl Stopwatch {
         if self.queries.is_some() { Clock::GpuTimestamps } else { Clock::Wall }
     }
 
+    /// What the denoiser is to be told of the time that its frame took: that by the wall clock. Timestamps of a CPU adapter say nothing;
+    /// by others it times itself.
+    pub fn told_ms(&self, time: &FrameTime) -> Option<f32> {
+        (self.clock() == Clock::Wall).then_some(time.frame_ms as f32)
+    }
+
     /// Runs one frame and waits for it. `frame`'s own timestamps are replaced.
     pub fn measure(
         &self,

@@ -1,7 +1,7 @@
 //! Whether a budget of time is kept, frame by frame, from the denoiser's first on.
 
 use crate::bench::percentiles::Percentiles;
-use crate::bench::stopwatch::{Clock, Stopwatch};
+use crate::bench::stopwatch::Stopwatch;
 use crate::bench::{BenchOptions, set_up, trace};
 use crate::gpu::Gpu;
 use crate::method::MethodFrame;
@@ -36,13 +36,12 @@ pub fn pace(gpu: &Gpu, options: &BenchOptions, size: [u32; 2], target_ms: f32) -
     let stopwatch = Stopwatch::new(gpu, runner.passes().len());
     let settings = Settings::default().with_budget(Budget::Milliseconds(target_ms));
     let (mut frame_ms, mut models) = (Vec::new(), Vec::new());
-    // Timestamps of a CPU adapter say nothing, so there the denoiser is told.
     let mut measured_ms = None;
     for i in 0..options.frames {
         trace(gpu, &walk, i)?;
         let frame = MethodFrame::new(walk.gbuffer(), walk.view(i).camera, walk.is_cut(i), &settings);
         let time = stopwatch.measure(gpu, runner, &MethodFrame { measured_ms, ..frame })?;
-        measured_ms = (stopwatch.clock() == Clock::Wall).then_some(time.frame_ms as f32);
+        measured_ms = stopwatch.told_ms(&time);
         frame_ms.push(time.frame_ms);
         models.push(runner.models());
     }
