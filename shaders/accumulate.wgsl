@@ -86,20 +86,25 @@ fn accumulated(
     let k = sample.w;
     var old = relit.history;
     var most = relit.most;
-    var around: Around;
-    if IS_SPECULAR {
-        around = look_around(pixel, surface);
-        let drift = find_drift(around, surface, relit.change);
-        // With a bias d and a sample's variance v, n samples are worth no more than v / (v / n + d^2).
-        old.w /= 1.0 + old.w * drift.square / max(drift.variance, 1e-12);
-        // What many pixels show is no firefly.
-        most = select(most, HALF_MAX, drift.square > 0.0);
-    } else if !has(frame, FLAG_SPLIT) && !has(frame, FLAG_HIT_DISTANCE) {
+    if !IS_SPECULAR && !has(frame, FLAG_SPLIT) && !has(frame, FLAG_HIT_DISTANCE) {
         // The rest of split radiance looks alike from everywhere; where hit distances are known, `reproject` has seen to it.
         old.w = min(old.w, max(k, 1.0) * memory(surface, position));
     }
     // Without samples the history stays as it is; a pixel traced k times this frame enters with weight k.
-    let count = joined_count(old.w, k);
+    var count = joined_count(old.w, k);
+    let may_drift = IS_SPECULAR && surface.roughness < DRIFT_ROUGHNESS.y;
+    var around: Around;
+    if may_drift || (k > 0.0 && (count < LEAST_SAMPLES || is_first(k, count))) {
+        around = look_around(pixel, surface);
+    }
+    if may_drift {
+        let drift = find_drift(around, surface, relit.change);
+        // With a bias d and a sample's variance v, n samples are worth no more than v / (v / n + d^2).
+        old.w /= 1.0 + old.w * drift.square / max(drift.variance, 1e-12);
+        count = joined_count(old.w, k);
+        // What many pixels show is no firefly.
+        most = select(most, HALF_MAX, drift.square > 0.0);
+    }
     // In all pixels alike, sampled or not: neighbours are blended when history is resampled.
     let flips = select(vec3(1.0), vec3(-1.0), vec3(frame.index) % vec3(1u, 2u, 4u) == vec3(0u));
     let flipped = flips * relit.noise.deviations;
@@ -115,16 +120,20 @@ fn accumulated(
     // Unbiased where the old one was: E[d^2] = v (1/k + 1/n) with n samples before, so n / (n + k) k d^2 estimates v.
     var v = mix(relit.noise.variance, new_share * k * d * d, alpha);
     var innovation = sqrt(new_share) * d;
-    let first = alpha == 1.0; // nothing of the past is left: only the neighbours tell what is new
-    if first || count < LEAST_SAMPLES {
-        let spread = spatial_spread(pixel, surface, around);
+    if is_first(k, count) || count < LEAST_SAMPLES {
+        let spread = spread_of(around);
         v = spread.variance;
-        if first {
+        if is_first(k, count) {
             innovation = luminance(colour) - spread.mean;
         }
     }
     let deviations = alpha * innovation + (1.0 - alpha) * flipped;
     return Accumulated(vec4(mix(old.rgb, colour, alpha), count), Noise(v, deviations));
+}
+
+// Nothing of the past is left: only the neighbours tell what is new.
+fn is_first(k: f32, count: f32) -> bool {
+    return k == count;
 }
 
 // What history and `k` new samples count for. All of it up to `max_history` samples; beyond, history loses its
@@ -341,13 +350,8 @@ struct Spread {
     variance: f32, // of one sample
 }
 
-// Mean and variance of luminance over this frame's samples on the same surface. `seen` is what the specular signal has looked at
-// already.
-fn spatial_spread(pixel: vec2<u32>, centre: Surface, seen: Around) -> Spread {
-    var around = seen;
-    if !IS_SPECULAR {
-        around = look_around(pixel, centre);
-    }
+// Mean and variance of luminance over this frame's samples on the same surface.
+fn spread_of(around: Around) -> Spread {
     if around.count < 2.0 {
         // Alone: as uncertain as the value is large.
         return Spread(0.0, around.middle * around.middle * around.samples);

@@ -1,7 +1,9 @@
 //! Keeps a frame's time at a target by what is saved and by the number of models. Plain arithmetic on readings; where these
 //! come from is `pacing`'s concern.
 
+use crate::settings::SPARSE_MOMENTS;
 use std::collections::VecDeque;
+use std::ops::Range;
 
 /// Aimed at, as a share of the target: so that frames which take a few percent longer than most still keep it.
 const AIM: f32 = 0.95;
@@ -10,6 +12,10 @@ const AIM: f32 = 0.95;
 const CERTAIN: [(usize, f32); 3] = [(FEW, 0.15), (9, 0.09), (MANY, 0.05)];
 const FEW: usize = 5;
 const MANY: usize = 15;
+/// So many frames that begin with new history take longer: windows are chosen and variances found in all of the image.
+const UNSETTLED: u32 = 4;
+/// By how many frames a reading may be attributed too early.
+const EARLY: u32 = 2;
 /// Share of the limit below which a frame is taken to need no more models than it had.
 const NEEDED: f32 = 0.9;
 /// Of the aim, what is expected to be taken where a saving is given up: not to take it again at once.
@@ -26,8 +32,10 @@ const SHARE_BOUNDS: [f32; 2] = [0.04, 0.7];
 const LEAST_LESSON: f32 = 0.02;
 /// What one lesson may change the time of a model by.
 const MOST_OFF: f32 = 3.0;
-/// Share of what was learnt of savings that is forgotten in a frame that has much time left.
-const FORGOTTEN: f32 = 0.005;
+/// Share of what was learnt of savings that is forgotten in a frame that has much time left. Half as much whenever it then had to be
+/// learnt again, down to the least.
+const FORGOTTEN: f32 = 0.003;
+const LEAST_FORGOTTEN: f32 = FORGOTTEN / 64.0;
 
 const SAVINGS: usize = crate::SAVINGS.len();
 
@@ -68,6 +76,17 @@ pub(crate) struct Bounds {
     pub savings: [u32; 2],
 }
 
+impl Bounds {
+    /// The nearest that is allowed. Beside sparse moments only models that are always fitted are: small windows see too few of these,
+    /// and finer models are then worse than none.
+    fn plan(&self, savings: u32, models: u32) -> Plan {
+        let savings = savings.clamp(self.savings[0], self.savings[1]);
+        let [least, most] = self.models;
+        let most = if savings > SPARSE_MOMENTS { least } else { most };
+        Plan { savings, models: models.clamp(least, most) }
+    }
+}
+
 /// Chooses the plan of frames. From the best to the cheapest: fewer models, down to those of the start; the first saving; fewer
 /// models, down to the least; the other savings.
 ///
@@ -81,6 +100,8 @@ pub(crate) struct Controller {
     /// The first frame that had this plan.
     since: u32,
     readings: VecDeque<f32>,
+    /// Whose readings do not count.
+    unsettled: Range<u32>,
     /// Models of the newest frame since then.
     used: Option<u32>,
     /// What the plan before came to, until it is known of this one.
@@ -88,21 +109,26 @@ pub(crate) struct Controller {
     ratios: [f32; SAVINGS],
     /// Of one model, where it is known.
     model_ms: Option<f32>,
+    /// Whether the present plan gave a saving up.
+    gave_up: bool,
+    forgotten: f32,
 }
 
 impl Controller {
     /// Starts at `frame`.
     pub fn new(bounds: Bounds, frame: u32) -> Self {
-        let [least, most] = bounds.models;
         Self {
             bounds,
-            plan: Plan { savings: bounds.savings[0], models: bounds.start.clamp(least, most) },
+            plan: bounds.plan(bounds.savings[0], bounds.start),
             since: frame,
             readings: VecDeque::new(),
+            unsettled: 0..0,
             used: None,
             before: None,
             ratios: RATIOS,
             model_ms: None,
+            gave_up: false,
+            forgotten: FORGOTTEN,
         }
     }
 
@@ -113,16 +139,21 @@ impl Controller {
             return;
         }
         let share = f64::from(bounds.models[1]) / f64::from(self.bounds.models[1]);
-        let [least, most] = bounds.models;
-        let models = ((f64::from(self.plan.models) * share).round() as u32).clamp(least, most);
-        let savings = self.plan.savings.clamp(bounds.savings[0], bounds.savings[1]);
+        let models = (f64::from(self.plan.models) * share).round() as u32;
         self.bounds = bounds;
-        self.set(Plan { savings, models }, frame, None);
+        self.set(bounds.plan(self.plan.savings, models), frame, None);
+    }
+
+    /// Notes that history starts anew in `frame`. What does so over and over is not let off every time.
+    pub fn restart(&mut self, frame: u32) {
+        if self.unsettled.is_empty() || frame > self.unsettled.end {
+            self.unsettled = frame.saturating_sub(EARLY)..frame.saturating_add(UNSETTLED);
+        }
     }
 
     /// Notes a time. Times that arrive twice or late do no harm.
     pub fn add_time(&mut self, Reading { frame, ms }: Reading) {
-        if frame < self.since {
+        if frame < self.since || self.unsettled.contains(&frame) {
             return;
         }
         if self.readings.len() == MANY {
@@ -146,6 +177,11 @@ impl Controller {
             let now = Outcome { plan: self.plan, time, used: self.used() };
             let plan = self.plan_for(aim, now);
             if plan != self.plan {
+                if self.gave_up {
+                    let was_vain = plan.savings > self.plan.savings;
+                    self.forgotten =
+                        if was_vain { (0.5 * self.forgotten).max(LEAST_FORGOTTEN) } else { FORGOTTEN };
+                }
                 self.set(plan, frame, Some(now));
             } else if time < (1.0 - CERTAIN[0].1) * aim {
                 self.forget();
@@ -155,6 +191,7 @@ impl Controller {
     }
 
     fn set(&mut self, plan: Plan, frame: u32, before: Option<Outcome>) {
+        self.gave_up = plan.savings < self.plan.savings;
         self.plan = plan;
         self.since = frame;
         self.readings.clear();
@@ -169,6 +206,8 @@ impl Controller {
     /// The best plan that is expected to keep the aim, from what the present one comes to.
     fn plan_for(&self, aim: f32, Outcome { plan: present, time, used }: Outcome) -> Plan {
         let Bounds { models: [least, most], start, savings: [first, last] } = self.bounds;
+        // One at a time, so that it is known what each is worth.
+        let last = last.min(present.savings + 1);
         let model_ms = self.model_ms(time);
         let fixed_ms = self.fixed_ms(time, used);
         // What is not needed now is no reason to allow more of it later.
@@ -181,7 +220,7 @@ impl Controller {
             if savings == present.savings && time <= aim {
                 models = models.max(present.models);
             }
-            plan = Plan { savings, models: models.clamp(least, most) };
+            plan = self.bounds.plan(savings, models);
             let enough = if savings == 0 { start.min(needed).max(least) } else { least };
             if room >= model_ms * enough as f32 {
                 break;
@@ -241,7 +280,7 @@ impl Controller {
     /// is tried again in the end.
     fn forget(&mut self) {
         for (ratio, first) in self.ratios.iter_mut().zip(RATIOS) {
-            *ratio += FORGOTTEN * (first - *ratio);
+            *ratio += self.forgotten * (first - *ratio);
         }
     }
 
@@ -315,9 +354,22 @@ mod tests {
         target_ms: f32,
         at: impl Fn(u32, f32) -> (Gpu, Option<f32>),
     ) -> (Vec<f32>, Vec<Plan>) {
+        run_with_cuts(frames, u32::MAX, target_ms, at)
+    }
+
+    /// Likewise, with a cut in every so many frames.
+    fn run_with_cuts(
+        frames: u32,
+        every: u32,
+        target_ms: f32,
+        at: impl Fn(u32, f32) -> (Gpu, Option<f32>),
+    ) -> (Vec<f32>, Vec<Plan>) {
         let mut controller = Controller::new(BOUNDS, 0);
         let (mut times, mut plans): (Vec<f32>, Vec<Plan>) = (vec![], vec![]);
         for frame in 0..frames {
+            if frame.is_multiple_of(every) {
+                controller.restart(frame);
+            }
             let latency = at(frame, 0.0).0.latency;
             if let Some(old) = frame.checked_sub(latency) {
                 let (gpu, reading) = at(old, times[old as usize]);
@@ -373,6 +425,40 @@ mod tests {
         }
     }
 
+    /// The frames after a cut take longer, and are no reason to save in the others.
+    #[test]
+    fn cuts_change_nothing() {
+        for every in [10, 25, 100] {
+            let at = |frame: u32, ms: f32| {
+                let is_cut = frame % every < UNSETTLED;
+                let dear = Gpu { fixed_ms: 1.35 * CALM.fixed_ms, model_us: 1.35 * CALM.model_us, ..CALM };
+                (if is_cut { dear } else { CALM }, Some(ms))
+            };
+            for target_ms in [6.0, 4.9, 4.5, 4.0, 3.6] {
+                let calm = *run(400, target_ms, |_, ms| (CALM, Some(ms))).1.last().unwrap();
+                let (times, plans) = run_with_cuts(600, every, target_ms, at);
+                let steady = (60..600).filter(|frame| frame % every >= UNSETTLED);
+                let late = steady.map(|frame| times[frame as usize]).find(|&ms| ms > 1.02 * target_ms);
+                assert_eq!(late, None, "{every}, {target_ms}: {times:?}");
+                assert_eq!(changes(&plans[200..]), 0, "{every}, {target_ms}: {:?}", &plans[200..]);
+                let plan = plans[599];
+                assert_eq!(plan.savings, calm.savings, "{every}, {target_ms}");
+                let share = f64::from(plan.models) / f64::from(calm.models);
+                assert!((0.85..1.18).contains(&share), "{every}, {target_ms}: {plan:?}, not {calm:?}");
+            }
+        }
+    }
+
+    /// As of a viewer that never has history.
+    #[test]
+    fn cuts_in_every_frame_are_what_frames_are_like() {
+        for every in [1, 2, 3] {
+            let (times, plans) = run_with_cuts(600, every, 4.5, |_, ms| (CALM, Some(ms)));
+            assert!(times[150..].iter().all(|ms| (3.9..=4.6).contains(ms)), "{every}: {times:?}");
+            assert_eq!(changes(&plans[300..]), 0, "{every}: {:?}", &plans[300..]);
+        }
+    }
+
     /// What time there is is used: nothing is saved that need not be.
     #[test]
     fn the_best_that_fits_is_found() {
@@ -384,7 +470,7 @@ mod tests {
         let bilinear = settled(4.6);
         assert!(bilinear.savings == 1 && (600..1400).contains(&bilinear.models), "{bilinear:?}");
         let sparse = settled(3.7);
-        assert!(sparse.savings == 2 && (100..900).contains(&sparse.models), "{sparse:?}");
+        assert_eq!(sparse, Plan { savings: 2, models: 100 }, "sparse moments are for the least models");
         assert_eq!(settled(3.0), Plan { savings: 2, models: 100 }, "the floor");
     }
 
@@ -414,20 +500,22 @@ mod tests {
         assert_eq!(controller.plan(1.0, 7), Plan { savings: 0, models: 250 });
         // The fewest are those of the new one.
         (7..30).for_each(|frame| controller.add_time(Reading { frame, ms: 50.0 }));
-        assert_eq!(controller.plan(1.0, 30), Plan { savings: 2, models: 25 });
+        assert_eq!(controller.plan(1.0, 30), Plan { savings: 1, models: 25 });
+        (30..40).for_each(|frame| controller.add_time(Reading { frame, ms: 40.0 }));
+        assert_eq!(controller.plan(1.0, 40), Plan { savings: 2, models: 25 });
         // What is allowed no longer is given up at once.
-        controller.rebound(Bounds { savings: [0, 1], ..quarter }, 31);
-        assert_eq!(controller.plan(1.0, 31).savings, 1);
+        controller.rebound(Bounds { savings: [0, 1], ..quarter }, 41);
+        assert_eq!(controller.plan(1.0, 41).savings, 1);
     }
 
     #[test]
     fn a_step_of_the_cost_is_followed_in_both_directions() {
         let dear = Gpu { fixed_ms: 5.0, model_us: 1.4, ..CALM };
         let (times, plans) =
-            run(900, 4.9, |frame, ms| (if (300..600).contains(&frame) { dear } else { CALM }, Some(ms)));
+            run(900, 5.2, |frame, ms| (if (300..600).contains(&frame) { dear } else { CALM }, Some(ms)));
         for range in [60..300, 360..600, 680..900] {
             let settled = &times[range.clone()];
-            assert!(settled.iter().all(|ms| *ms <= 1.02 * 4.9), "{range:?}: {settled:?}");
+            assert!(settled.iter().all(|ms| *ms <= 1.02 * 5.2), "{range:?}: {settled:?}");
         }
         let savings = [299, 599, 899].map(|frame: usize| plans[frame].savings);
         assert!(savings[0] < savings[1] && savings[2] < savings[1], "{savings:?}");
@@ -494,6 +582,16 @@ mod tests {
             assert_eq!(plans[899].savings, 0, "{target_ms}, {left}: {:?}", plans[899]);
             assert!(plans[899].models >= cheap.demand.min(1000), "{:?}", plans[899]);
         }
+    }
+
+    /// As between two plans of which one takes too long and the other leaves much room.
+    #[test]
+    fn what_is_given_up_in_vain_is_given_up_more_and_more_rarely() {
+        let much_saved = Gpu { ratios: [0.8, 0.7], ..CALM };
+        let (_, plans) = run(20_000, 3.0, |_, ms| (much_saved, Some(ms)));
+        let tried: Vec<_> = (1..plans.len()).filter(|&i| plans[i].savings < plans[i - 1].savings).collect();
+        assert!((1..=6).contains(&tried.len()), "{tried:?}");
+        assert!(tried.windows(3).all(|at| at[2] - at[1] > 3 * (at[1] - at[0]) / 2), "{tried:?}");
     }
 
     /// A time of 0, as coarse clocks have it.

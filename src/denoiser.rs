@@ -49,6 +49,14 @@ pub(crate) struct Previous {
     pub was_split: bool,
 }
 
+/// What a frame may do, and what there is to say of it.
+struct Planned {
+    /// Models that may be fitted; none: as many as are needed.
+    limit: Option<u32>,
+    savings: u32,
+    notice: Option<Notice>,
+}
+
 /// What the specular signal needs of its own.
 #[derive(Debug)]
 pub(crate) struct Specular {
@@ -181,7 +189,8 @@ impl Denoiser {
         if is_split && self.specular.is_none() {
             self.specular = Some(catch(device, || Specular::new(device, self.size))?);
         }
-        let (limit, savings, notice) = self.plan(device, queue, inputs, settings, viewport.size)?;
+        let Planned { limit, savings, notice } =
+            self.plan(device, queue, inputs, settings, viewport.size, previous.is_none())?;
         let decodes = settings.conventions.decodes();
         let specular = match &self.specular {
             Some(specular) if is_split => {
@@ -233,7 +242,7 @@ impl Denoiser {
         Ok(FrameOutputs { restarted: previous.is_none(), notice })
     }
 
-    /// How many models the frame may fit, how many savings it takes, and what there is to say of it.
+    /// What the frame may do. `restarts` says that it has no history.
     fn plan(
         &mut self,
         device: &wgpu::Device,
@@ -241,12 +250,13 @@ impl Denoiser {
         inputs: &FrameInputs<'_>,
         settings: &Settings,
         size: [u32; 2],
-    ) -> Result<(Option<u32>, u32, Option<Notice>), DeviceError> {
+        restarts: bool,
+    ) -> Result<Planned, DeviceError> {
         let budget = if settings.centres == Centres::Adaptive { settings.budget } else { Budget::Unlimited };
         let Budget::Milliseconds(target_ms) = budget else {
             self.pacing = None;
             let limit = if let Budget::Models(most) = budget { Some(most) } else { None };
-            return Ok((limit, settings.savings, None));
+            return Ok(Planned { limit, savings: settings.savings, notice: None });
         };
         let statistics = self.statistics.latest();
         let bounds = pacing::bounds(settings, size, inputs.signals());
@@ -254,11 +264,14 @@ impl Denoiser {
             Some(pacing) => pacing,
             None => catch(device, || Pacing::new(device, bounds, self.frames))?,
         };
+        if restarts {
+            pacing.restart(self.frames);
+        }
         let Plan { models, savings } =
             pacing.plan(queue, inputs, statistics, (bounds, target_ms), self.frames);
         let notice = pacing.notice().filter(|_| !self.was_noticed);
         self.pacing = Some(pacing);
-        Ok((Some(models), savings, notice))
+        Ok(Planned { limit: Some(models), savings, notice })
     }
 }
 

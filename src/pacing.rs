@@ -33,6 +33,11 @@ impl Pacing {
         }
     }
 
+    /// Notes that history starts anew in `frame`.
+    pub fn restart(&mut self, frame: u32) {
+        self.controller.restart(frame);
+    }
+
     /// What `frame` may do, from what has arrived by now.
     pub fn plan(
         &mut self,
