@@ -34,6 +34,10 @@ fn accumulate(
     @builtin(local_invocation_index) lane: u32,
 ) {
     leave_out(lane);
+    if IS_SPECULAR {
+        sum_rows(tile.xy, lane);
+        workgroupBarrier();
+    }
     if all(id.xy < frame.size) {
         enter_pixel(id.xy, lane);
     }
@@ -86,25 +90,18 @@ fn accumulated(
     let k = sample.w;
     var old = relit.history;
     var most = relit.most;
-    if !IS_SPECULAR && !has(frame, FLAG_SPLIT) && !has(frame, FLAG_HIT_DISTANCE) {
+    if IS_SPECULAR {
+        let drift = find_drift(pixel, surface, relit.change);
+        // With a bias d and a sample's variance v, n samples are worth no more than v / (v / n + d^2).
+        old.w /= 1.0 + old.w * drift.square / max(drift.variance, 1e-12);
+        // What many pixels show is no firefly.
+        most = select(most, HALF_MAX, drift.square > 0.0);
+    } else if !has(frame, FLAG_SPLIT) && !has(frame, FLAG_HIT_DISTANCE) {
         // The rest of split radiance looks alike from everywhere; where hit distances are known, `reproject` has seen to it.
         old.w = min(old.w, max(k, 1.0) * memory(surface, position));
     }
     // Without samples the history stays as it is; a pixel traced k times this frame enters with weight k.
-    var count = joined_count(old.w, k);
-    let may_drift = IS_SPECULAR && surface.roughness < DRIFT_ROUGHNESS.y;
-    var around: Around;
-    if may_drift || (k > 0.0 && (count < LEAST_SAMPLES || is_first(k, count))) {
-        around = look_around(pixel, surface);
-    }
-    if may_drift {
-        let drift = find_drift(around, surface, relit.change);
-        // With a bias d and a sample's variance v, n samples are worth no more than v / (v / n + d^2).
-        old.w /= 1.0 + old.w * drift.square / max(drift.variance, 1e-12);
-        count = joined_count(old.w, k);
-        // What many pixels show is no firefly.
-        most = select(most, HALF_MAX, drift.square > 0.0);
-    }
+    let count = joined_count(old.w, k);
     // In all pixels alike, sampled or not: neighbours are blended when history is resampled.
     let flips = select(vec3(1.0), vec3(-1.0), vec3(frame.index) % vec3(1u, 2u, 4u) == vec3(0u));
     let flipped = flips * relit.noise.deviations;
@@ -120,20 +117,16 @@ fn accumulated(
     // Unbiased where the old one was: E[d^2] = v (1/k + 1/n) with n samples before, so n / (n + k) k d^2 estimates v.
     var v = mix(relit.noise.variance, new_share * k * d * d, alpha);
     var innovation = sqrt(new_share) * d;
-    if is_first(k, count) || count < LEAST_SAMPLES {
-        let spread = spread_of(around);
+    let first = alpha == 1.0; // nothing of the past is left: only the neighbours tell what is new
+    if first || count < LEAST_SAMPLES {
+        let spread = spatial_spread(pixel, surface);
         v = spread.variance;
-        if is_first(k, count) {
+        if first {
             innovation = luminance(colour) - spread.mean;
         }
     }
     let deviations = alpha * innovation + (1.0 - alpha) * flipped;
     return Accumulated(vec4(mix(old.rgb, colour, alpha), count), Noise(v, deviations));
-}
-
-// Nothing of the past is left: only the neighbours tell what is new.
-fn is_first(k: f32, count: f32) -> bool {
-    return k == count;
 }
 
 // What history and `k` new samples count for. All of it up to `max_history` samples; beyond, history loses its
@@ -270,26 +263,21 @@ fn predicted_change(start: u32, z: Regressors) -> vec3<f32> {
     return value;
 }
 
-// What pixels about one show that lie on the same surface: sums over those with samples.
-struct Around {
-    middle: f32, // the pixel's own luminance in this frame
-    // Of theirs about it: the difference of two large squares would lose f32's digits.
-    count: f32,
-    sum: f32,
-    squares: f32,
-    samples: f32,
-    // Of how far samples differ from their histories, by samples, where there is one.
-    changed: f32,
-    weight: f32,
-    change: f32,
-    change_squares: f32,
+struct Spread {
+    mean: f32,
+    variance: f32, // of one sample
 }
 
-fn look_around(pixel: vec2<u32>, centre: Surface) -> Around {
+// Mean and variance of luminance over this frame's samples on the same surface.
+fn spatial_spread(pixel: vec2<u32>, centre: Surface) -> Spread {
     let along = elevation_along(frame.current, centre.normal);
     let own = elevation_of(along, vec2<f32>(pixel), centre.depth);
-    var around: Around;
-    around.middle = luminance(load_sample(pixel).rgb);
+    // About the pixel's own: the difference of two large squares would lose f32's digits.
+    let middle = luminance(load_sample(pixel).rgb);
+    var count = 0.0;
+    var sum = 0.0;
+    var squares = 0.0;
+    var samples = 0.0;
     for (var y = -AROUND_RADIUS; y <= AROUND_RADIUS; y++) {
         for (var x = -AROUND_RADIUS; x <= AROUND_RADIUS; x++) {
             let texel = vec2<i32>(pixel) + vec2(x, y);
@@ -299,27 +287,22 @@ fn look_around(pixel: vec2<u32>, centre: Surface) -> Around {
             let sample = load_sample(vec2<u32>(texel));
             let other = unpack_surface(textureLoad(guide, texel, 0).xy);
             let distance = elevation_of(along, vec2<f32>(texel), other.depth) - own;
-            if sample.w <= 0.0 || !same_surface(centre, other, distance, NORMAL_COSINE) {
-                continue;
-            }
-            let l = luminance(sample.rgb);
-            around.count += 1.0;
-            around.sum += l - around.middle;
-            around.squares += (l - around.middle) * (l - around.middle);
-            around.samples += sample.w;
-            if IS_SPECULAR {
-                let old = load_reprojected(vec2<u32>(texel));
-                let has_history = old.w > 0.0;
-                let change = select(0.0, l - luminance(old.rgb), has_history);
-                let weight = select(0.0, sample.w, has_history);
-                around.changed += select(0.0, 1.0, has_history);
-                around.weight += weight;
-                around.change += weight * change;
-                around.change_squares += weight * change * change;
+            if sample.w > 0.0 && same_surface(centre, other, distance, NORMAL_COSINE) {
+                let l = luminance(sample.rgb) - middle;
+                count += 1.0;
+                sum += l;
+                squares += l * l;
+                samples += sample.w;
             }
         }
     }
-    return around;
+    if count < 2.0 {
+        // Alone: as uncertain as the value is large.
+        return Spread(0.0, middle * middle * samples);
+    }
+    let spread = max(squares - sum * sum / count, 0.0) / (count - 1.0);
+    // The images hold means of several samples, one of which spreads more.
+    return Spread(middle + sum / count, spread * samples / count);
 }
 
 const DRIFT_CHANCE = 4.0; // variances of the mean difference that are chance: once in twenty times there is more
@@ -327,36 +310,70 @@ const DRIFT_PIXELS = 4.0; // with fewer nothing is known
 // Roughness up to which what is seen may be smaller than the innovation's tiles, and from which it is not.
 const DRIFT_ROUGHNESS = vec2(1.0 / 6.0, 1.0 / 3.0);
 
+// Sums over rows of pixels that go with the one in their middle, for the tile's columns, and for rows beyond it as far as looked: of
+// how far samples differ from their histories, where both are. They lie where moments are summed later.
+const ROWS = TILE + 2u * u32(AROUND_RADIUS);
+const_assert ROWS * TILE <= TILE_PIXELS * QUADS;
+
+fn sum_rows(tile: vec2<u32>, lane: u32) {
+    for (var i = lane; i < ROWS * TILE; i += TILE_PIXELS) {
+        let place = vec2<i32>(vec2(i % TILE, i / TILE)) - vec2(0, AROUND_RADIUS);
+        rows[i] = sum_row(vec2<i32>(TILE * tile) + place);
+    }
+}
+
+// Number of pixels; sums of weights, of weighted differences, and of their squares.
+fn sum_row(middle: vec2<i32>) -> vec4<f32> {
+    var sum = vec4(0.0);
+    if !inside(middle, frame.current) {
+        return sum;
+    }
+    let centre = unpack_surface(textureLoad(guide, middle, 0).xy);
+    let along = elevation_along(frame.current, centre.normal);
+    let own = elevation_of(along, vec2<f32>(middle), centre.depth);
+    let may_drift = !is_miss(centre) && centre.roughness < DRIFT_ROUGHNESS.y;
+    for (var x = -AROUND_RADIUS; x <= AROUND_RADIUS && may_drift; x++) {
+        let texel = middle + vec2(x, 0);
+        if !inside(texel, frame.current) {
+            continue;
+        }
+        let sample = load_sample(vec2<u32>(texel));
+        let old = load_reprojected(vec2<u32>(texel));
+        let other = unpack_surface(textureLoad(guide, texel, 0).xy);
+        let distance = elevation_of(along, vec2<f32>(texel), other.depth) - own;
+        if sample.w > 0.0 && old.w > 0.0 && same_surface(centre, other, distance, NORMAL_COSINE) {
+            let change = luminance(sample.rgb) - luminance(old.rgb);
+            sum += vec4(1.0, sample.w * vec3(1.0, change, change * change));
+        }
+    }
+    return sum;
+}
+
 struct Drift {
     square: f32,   // of how far the history is off in the mean, beyond chance
     variance: f32, // of one sample
 }
 
 // How far the history is off, by what samples about the pixel differ by from their histories, when what the innovation predicts is
-// taken out: what moves in a mirror is smaller than its models can tell.
-fn find_drift(around: Around, centre: Surface, predicted: f32) -> Drift {
-    if around.changed < DRIFT_PIXELS {
+// taken out: what moves in a mirror is smaller than its models can tell. About it: in rows whose middle goes with it.
+fn find_drift(pixel: vec2<u32>, centre: Surface, predicted: f32) -> Drift {
+    let share = saturate((DRIFT_ROUGHNESS.y - centre.roughness) / (DRIFT_ROUGHNESS.y - DRIFT_ROUGHNESS.x));
+    let along = elevation_along(frame.current, centre.normal);
+    let own = elevation_of(along, vec2<f32>(pixel), centre.depth);
+    var sum = vec4(0.0);
+    for (var y = -AROUND_RADIUS; y <= AROUND_RADIUS && share > 0.0; y++) {
+        let middle = vec2<i32>(pixel) + vec2(0, y);
+        let other = unpack_surface(textureLoad(guide, middle, 0).xy); // any outside of the frame, where rows hold nothing
+        let distance = elevation_of(along, vec2<f32>(middle), other.depth) - own;
+        if same_surface(centre, other, distance, NORMAL_COSINE) {
+            sum += rows[(pixel.y % TILE + u32(y + AROUND_RADIUS)) * TILE + pixel.x % TILE];
+        }
+    }
+    if sum.x < DRIFT_PIXELS {
         return Drift(0.0, 0.0);
     }
-    let mean = around.change / around.weight;
-    let variance = max(around.change_squares - around.change * mean, 0.0) / (around.changed - 1.0);
+    let mean = sum.z / sum.y;
+    let variance = max(sum.w - sum.z * mean, 0.0) / (sum.x - 1.0);
     let drift = mean - predicted;
-    let share = saturate((DRIFT_ROUGHNESS.y - centre.roughness) / (DRIFT_ROUGHNESS.y - DRIFT_ROUGHNESS.x));
-    return Drift(share * max(drift * drift - DRIFT_CHANCE * variance / around.weight, 0.0), variance);
-}
-
-struct Spread {
-    mean: f32,
-    variance: f32, // of one sample
-}
-
-// Mean and variance of luminance over this frame's samples on the same surface.
-fn spread_of(around: Around) -> Spread {
-    if around.count < 2.0 {
-        // Alone: as uncertain as the value is large.
-        return Spread(0.0, around.middle * around.middle * around.samples);
-    }
-    let spread = max(around.squares - around.sum * around.sum / around.count, 0.0) / (around.count - 1.0);
-    // The images hold means of several samples, one of which spreads more.
-    return Spread(around.middle + around.sum / around.count, spread * around.samples / around.count);
+    return Drift(share * max(drift * drift - DRIFT_CHANCE * variance / sum.y, 0.0), variance);
 }

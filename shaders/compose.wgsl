@@ -1,25 +1,28 @@
-// compose: mixes prediction and temporal mean by their estimated errors, and makes radiance of it again.
+// compose: predicts every pixel by the models, mixes prediction and temporal mean by their estimated errors, and makes radiance of
+// it again.
 //
-// Reads   guide, prediction, history, noise; the caller's albedo, emission; rest: what the other signal came to, where this is
-//         the specular one.
+// Reads   guide, models, windows, history, noise; the caller's albedo, emission; rest: what the other signal came to, where this
+//         is the specular one.
 // Writes  output: the caller's image, or rest, with its expected error in w
 //         error: the output's expected error (layout: include/error), where somebody asks for it
-//         mix_weight: share of the temporal mean, where a debug view shows it
+//         prediction (layout: include/models), mix_weight: share of the temporal mean; where a debug view shows them
 // Source  shrinkage towards a model by estimated risk: James and Stein, "Estimation with Quadratic Loss", 1961
 
-//!include frame numbers noise surface demodulate features models error
+//!include frame numbers noise surface demodulate features linear_model windows models prediction error
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var guide: texture_2d<u32>;
-@group(0) @binding(2) var prediction: texture_2d<u32>;
-@group(0) @binding(3) var history: texture_2d<f32>;
-@group(0) @binding(4) var noise: texture_2d<u32>;
-@group(0) @binding(5) var albedo: texture_2d<f32>;
-@group(0) @binding(6) var emission: texture_2d<f32>;
-@group(0) @binding(7) var rest: texture_2d<f32>;
-@group(0) @binding(8) var output: texture_storage_2d<rgba16float, write>;
-@group(0) @binding(9) var error: texture_storage_2d<r32uint, write>;
-@group(0) @binding(10) var mix_weight: texture_storage_2d<r32uint, write>;
+@group(0) @binding(2) var<storage, read> models: array<vec4<f32>>;
+@group(0) @binding(3) var<storage, read> windows: array<u32>;
+@group(0) @binding(4) var history: texture_2d<f32>;
+@group(0) @binding(5) var noise: texture_2d<u32>;
+@group(0) @binding(6) var albedo: texture_2d<f32>;
+@group(0) @binding(7) var emission: texture_2d<f32>;
+@group(0) @binding(8) var rest: texture_2d<f32>;
+@group(0) @binding(9) var output: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(10) var error: texture_storage_2d<r32uint, write>;
+@group(0) @binding(11) var prediction: texture_storage_2d<rg32uint, write>;
+@group(0) @binding(12) var mix_weight: texture_storage_2d<r32uint, write>;
 
 const OWN_FEATURES = MODEL_OWN_FEATURES;
 const SMOOTH_RADIUS = 1; // pixels; a model's error is smooth over 3x3, noise is not
@@ -29,7 +32,11 @@ const CHANCE = 2.0;
 const GLOSSY = 0.5; // roughness below which no feature tells what a surface shows
 const GROUP = 16;
 const CELLS = GROUP * GROUP;
+const GROUP_TILES = u32(GROUP) / TILE;
+const SLOT_BITS = 5u; // of an invocation: the slot that it looks at; above, for which tile
 const SHIFT_FRAMES = 16u;
+
+var<workgroup> reaching: array<atomic<u32>, GROUP_TILES * GROUP_TILES>; // models that reach each tile (include/prediction)
 
 // The workgroup's pixels, a cell for each invocation. What is no longer needed makes room for what comes next.
 // surfaces: as in the guide, a miss outside of the frame; then sums of three residuals in a row; then of five squares
@@ -60,7 +67,9 @@ fn compose(
     let place = vec2<i32>(local.xy);
     let corner = vec2<i32>(group.xy) * GROUP - group_shift(frame.index);
     let pixel = corner + place;
-    load_cell(cell, pixel);
+    let reached = find_models(corner / i32(TILE), vec2<u32>(place) / TILE, lane);
+    let seen = see_pixel(pixel, reached);
+    load_cell(cell, pixel, seen);
     workgroupBarrier();
     link_cell(cell, place, corner);
     workgroupBarrier();
@@ -71,25 +80,65 @@ fn compose(
     pool_row(cell);
     workgroupBarrier();
     if inside(pixel, frame.current) {
-        compose_pixel(vec2<u32>(pixel), cell);
+        compose_pixel(vec2<u32>(pixel), cell, seen);
     }
 }
 
-// How far the workgroups' grid lies to the left of the frame and above it. It stays for some frames: what moved in each of them
-// would flicker.
+// How far the workgroups' grid lies to the left of the frame and above it, in whole tiles. It stays for some frames: what moved in
+// each of them would flicker.
 fn group_shift(index: u32) -> vec2<i32> {
     let random = pcg(index / SHIFT_FRAMES);
-    return vec2<i32>(vec2(random % u32(GROUP), random / u32(GROUP) % u32(GROUP)));
+    return vec2<i32>(TILE * (vec2(random, random / GROUP_TILES) % GROUP_TILES));
 }
 
-fn compose_pixel(pixel: vec2<u32>, cell: i32) {
-    let mean = textureLoad(history, pixel, 0);
-    let surface = unpack_surface(textureLoad(guide, pixel, 0).xy);
+// Which models reach the workgroup's tiles, of which the first is given: those that reach the invocation's own.
+fn find_models(first: vec2<i32>, own: vec2<u32>, lane: u32) -> u32 {
+    if lane < GROUP_TILES * GROUP_TILES {
+        atomicStore(&reaching[lane], 0u);
+    }
+    workgroupBarrier();
+    let tile = lane >> SLOT_BITS;
+    if tile < GROUP_TILES * GROUP_TILES {
+        let place = vec2<i32>(vec2(tile % GROUP_TILES, tile / GROUP_TILES));
+        atomicOr(&reaching[tile], reaching_bit(first + place, lane & ((1u << SLOT_BITS) - 1u)));
+    }
+    workgroupBarrier();
+    return atomicLoad(&reaching[own.y * GROUP_TILES + own.x]);
+}
+
+// What is known of a pixel.
+struct Seen {
+    words: vec2<u32>, // of the guide
+    predicted: Prediction,
+    mean: vec4<f32>,
+}
+
+fn see_pixel(at: vec2<i32>, reached: u32) -> Seen {
+    var seen = Seen(vec2(0u), NO_PREDICTION, vec4(0.0));
+    if !inside(at, frame.current) {
+        return seen;
+    }
+    let pixel = vec2<u32>(at);
+    seen.words = textureLoad(guide, pixel, 0).xy;
+    seen.mean = textureLoad(history, pixel, 0);
+    let surface = unpack_surface(seen.words);
+    if !is_miss(surface) {
+        seen.predicted = predict(pixel, surface, reached);
+    }
+    if has(frame, FLAG_DEBUG) {
+        textureStore(prediction, pixel, vec4(pack_prediction(seen.predicted), 0u, 0u));
+    }
+    return seen;
+}
+
+fn compose_pixel(pixel: vec2<u32>, cell: i32, seen: Seen) {
+    let mean = seen.mean;
+    let surface = unpack_surface(seen.words);
     if is_miss(surface) {
         show(pixel, mean.rgb, 0.0, 1.0);
         return;
     }
-    let predicted = unpack_prediction(textureLoad(prediction, pixel, 0).xy);
+    let predicted = seen.predicted;
     let found = temporal_mix(pool(cell), surface, predicted, mean);
     let reflectance = demodulator_at(pixel, surface);
     var composed = mix(predicted.signal, mean.rgb, found.share) * reflectance;
@@ -117,30 +166,24 @@ fn show(pixel: vec2<u32>, found: vec3<f32>, found_deviation: f32, share: f32) {
     if has(frame, FLAG_ERROR) {
         textureStore(error, pixel, vec4(pack_error(OutputError(deviation, luminance(radiance)))));
     }
-    if has(frame, FLAG_SHOW_MIX) {
+    if has(frame, FLAG_DEBUG) {
         textureStore(mix_weight, pixel, vec4(bitcast<u32>(share)));
     }
 }
 
-fn load_cell(cell: i32, pixel: vec2<i32>) {
-    surfaces[cell] = vec2(0u);
+fn load_cell(cell: i32, pixel: vec2<i32>, seen: Seen) {
+    surfaces[cell] = seen.words;
     residuals[cell] = vec2(0u);
     deviations[cell] = 0u;
     links[cell] = 0u;
-    if !inside(pixel, frame.current) {
-        return;
-    }
-    surfaces[cell] = textureLoad(guide, pixel, 0).xy;
-    let mean = textureLoad(history, pixel, 0);
-    let predicted = unpack_prediction(textureLoad(prediction, pixel, 0).xy);
-    if mean.w <= 0.0 || !is_known(predicted) {
+    if seen.mean.w <= 0.0 || !is_known(seen.predicted) {
         return;
     }
     links[cell] = SAMPLED;
-    let own = unpack_noise(textureLoad(noise, pixel, 0).x, mean.w);
-    let expected = standard_error(predicted, own.variance, mean.w);
+    let own = unpack_noise(textureLoad(noise, pixel, 0).x, seen.mean.w);
+    let expected = standard_error(seen.predicted, own.variance, seen.mean.w);
     deviations[cell] = pack_halves(vec2(expected, sqrt(found_variance(own.deviations))));
-    let residual = luminance(mean.rgb) - luminance(predicted.signal);
+    let residual = luminance(seen.mean.rgb) - luminance(seen.predicted.signal);
     residuals[cell] = vec2(pack_halves(vec2(residual, own.deviations.x)), pack_halves(own.deviations.yz));
 }
 

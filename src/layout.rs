@@ -56,7 +56,7 @@ impl Columns {
 }
 
 /// Workgroup memory that the largest pass needs.
-pub const WORKGROUP_BYTES: u64 = 8_192;
+pub const WORKGROUP_BYTES: u64 = 8_208;
 
 /// Tiles that cover `size` pixels.
 pub fn tiles(size: [u32; 2]) -> [u32; 2] {

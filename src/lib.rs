@@ -160,24 +160,22 @@ pub use wgpu;
 
 /// The passes of a frame in the order they run; also their labels and timestamp order. Those of the specular signal have nothing
 /// to do where it is not given.
-pub const PASSES: [&str; 14] = [
+pub const PASSES: [&str; 12] = [
     "reproject",
     "innovation",
     "accumulate",
     "fit",
-    "predict",
     "compose",
     "specular reproject",
     "specular innovation",
     "specular accumulate",
     "specular fit",
-    "specular predict",
     "specular compose",
     "sample_map",
     "debug_view",
 ];
 /// How many of [`PASSES`] each signal has: first those of the radiance, then those of the specular signal.
-pub(crate) const SIGNAL_PASSES: usize = 6;
+pub(crate) const SIGNAL_PASSES: usize = 5;
 
 /// Compiles the README's example.
 #[cfg(doctest)]

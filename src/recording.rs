@@ -5,8 +5,7 @@ use crate::gpu::{FrameUniforms, Recorder, flags};
 use crate::guides::Guides;
 use crate::passes::{
     Pipelines, SignalPasses, accumulate::AccumulateViews, compose::ComposeViews, debug_view::DebugViewViews,
-    fit::FitViews, innovation::InnovationViews, predict::PredictViews, reproject::ReprojectViews,
-    sample_map::SampleMapViews,
+    fit::FitViews, innovation::InnovationViews, reproject::ReprojectViews, sample_map::SampleMapViews,
 };
 use crate::scratch::Scratch;
 use crate::settings::{BILINEAR_HISTORY, SPARSE_MOMENTS};
@@ -174,12 +173,12 @@ impl Recording<'_> {
             layout::tiles(size),
             self.limit.is_some(),
         );
-        passes.predict.record(recorder, &PredictViews { guide, models, windows, prediction }, size);
         passes.compose.record(
             recorder,
             &ComposeViews {
                 guide,
-                prediction,
+                models,
+                windows,
                 history,
                 noise,
                 albedo,
@@ -187,6 +186,7 @@ impl Recording<'_> {
                 rest,
                 output,
                 error,
+                prediction,
                 mix_weight,
             },
             size,
@@ -249,7 +249,7 @@ impl Recording<'_> {
                 | flag(limit.is_some(), flags::LIMITED)
                 | flag(settings.windows == Windows::RingError, flags::RING_ERROR)
                 | flag(wants_error, flags::ERROR)
-                | flag(matches!(inputs.debug, Some((DebugView::MixWeight, _))), flags::SHOW_MIX),
+                | flag(inputs.debug.is_some(), flags::DEBUG),
             sample_budget: inputs.sample_map.map_or(0.0, |map| map.samples_per_pixel),
             dark_level: inputs.sample_map.map_or(0.0, |map| map.dark_level),
             model_limit: self.model_limit().unwrap_or(u32::MAX),

@@ -10,7 +10,7 @@ use wgpu::{Buffer, BufferUsages, TextureFormat, TextureView};
 pub(crate) struct Scratch {
     /// Later, where a debug view shows it, the mix weight.
     pub signal: TextureView,
-    /// Later the prediction.
+    /// Later, where a debug view shows it, the prediction.
     pub reprojected: TextureView,
     /// Later, where somebody asks for it, the output's expected error.
     pub reprojected_noise: TextureView,

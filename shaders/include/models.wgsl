@@ -49,6 +49,8 @@ struct Prediction {
     relative_noise: f32, // variance of one sample over its squared mean; < 0 where no model reaches
 }
 
+const NO_PREDICTION = Prediction(vec3(0.0), 0.0, -1.0);
+
 fn is_known(p: Prediction) -> bool {
     return p.relative_noise >= 0.0;
 }

@@ -1,6 +1,6 @@
 //! Joins a pass's WGSL with the includes that it names in `//!include a b c`.
 
-const INCLUDES: [(&str, &str); 28] = [
+const INCLUDES: [(&str, &str); 29] = [
     ("frame", include_str!("../../shaders/include/frame.wgsl")),
     ("numbers", include_str!("../../shaders/include/numbers.wgsl")),
     ("noise", include_str!("../../shaders/include/noise.wgsl")),
@@ -17,6 +17,7 @@ const INCLUDES: [(&str, &str); 28] = [
     ("window", include_str!("../../shaders/include/window.wgsl")),
     ("linear_model", include_str!("../../shaders/include/linear_model.wgsl")),
     ("models", include_str!("../../shaders/include/models.wgsl")),
+    ("prediction", include_str!("../../shaders/include/prediction.wgsl")),
     ("cover", include_str!("../../shaders/include/cover.wgsl")),
     ("listing", include_str!("../../shaders/include/listing.wgsl")),
     ("innovations", include_str!("../../shaders/include/innovations.wgsl")),

@@ -16,7 +16,7 @@ pub mod flags {
     pub const MIX: u32 = 32;
     pub const RING_ERROR: u32 = 64;
     pub const INNOVATION: u32 = 128;
-    pub const SHOW_MIX: u32 = 256;
+    pub const DEBUG: u32 = 256;
     pub const ERROR: u32 = 512;
     pub const LIMITED: u32 = 1024;
     pub const SPLIT: u32 = 2048;

@@ -1,7 +1,8 @@
-//! Mixes prediction and temporal mean, and makes radiance of it. See `shaders/compose.wgsl`.
+//! Predicts every pixel by the models, mixes prediction and temporal mean, and makes radiance of it. See `shaders/compose.wgsl`.
 
 use crate::gpu::{Compiler, Kernel, KernelDescriptor, Kind, Recorder, SPECULAR};
-use wgpu::{BindingResource, TextureFormat, TextureView};
+use crate::layout::TILE;
+use wgpu::{BindingResource, Buffer, TextureFormat, TextureView};
 
 /// Pixels on a side of a workgroup.
 const GROUP: u32 = 16;
@@ -13,7 +14,8 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
     bindings: &[
         ("frame", Kind::Frame),
         ("guide", Kind::TextureUint),
-        ("prediction", Kind::TextureUint),
+        ("models", Kind::Buffer),
+        ("windows", Kind::Buffer),
         ("history", Kind::Texture),
         ("noise", Kind::TextureUint),
         ("albedo", Kind::Texture),
@@ -21,6 +23,7 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
         ("rest", Kind::Texture),
         ("output", Kind::Storage(TextureFormat::Rgba16Float)),
         ("error", Kind::Storage(TextureFormat::R32Uint)),
+        ("prediction", Kind::Storage(TextureFormat::Rg32Uint)),
         ("mix_weight", Kind::Storage(TextureFormat::R32Uint)),
     ],
     workgroup: [GROUP, GROUP],
@@ -32,7 +35,8 @@ pub const DESCRIPTOR: KernelDescriptor = KernelDescriptor {
 #[expect(missing_docs, reason = "documented once, at the head of the WGSL")]
 pub struct ComposeViews<'a> {
     pub guide: &'a TextureView,
-    pub prediction: &'a TextureView,
+    pub models: &'a Buffer,
+    pub windows: &'a Buffer,
     pub history: &'a TextureView,
     pub noise: &'a TextureView,
     pub albedo: &'a TextureView,
@@ -40,6 +44,7 @@ pub struct ComposeViews<'a> {
     pub rest: &'a TextureView,
     pub output: &'a TextureView,
     pub error: &'a TextureView,
+    pub prediction: &'a TextureView,
     pub mix_weight: &'a TextureView,
 }
 
@@ -62,7 +67,8 @@ impl Compose {
     pub fn record(&self, recorder: &mut Recorder<'_>, views: &ComposeViews<'_>, extent: [u32; 2]) {
         let resources = [
             BindingResource::TextureView(views.guide),
-            BindingResource::TextureView(views.prediction),
+            views.models.as_entire_binding(),
+            views.windows.as_entire_binding(),
             BindingResource::TextureView(views.history),
             BindingResource::TextureView(views.noise),
             BindingResource::TextureView(views.albedo),
@@ -70,9 +76,10 @@ impl Compose {
             BindingResource::TextureView(views.rest),
             BindingResource::TextureView(views.output),
             BindingResource::TextureView(views.error),
+            BindingResource::TextureView(views.prediction),
             BindingResource::TextureView(views.mix_weight),
         ];
-        // The workgroups' grid begins up to one of them outside.
-        self.0.record(recorder, &resources, extent.map(|side| side + GROUP - 1));
+        // The workgroups' grid begins up to a tile outside.
+        self.0.record(recorder, &resources, extent.map(|side| side + TILE));
     }
 }

@@ -9,7 +9,6 @@ pub mod debug_view;
 pub mod fit;
 pub mod gains;
 pub mod innovation;
-pub mod predict;
 pub mod reproject;
 pub mod sample_gains;
 pub mod sample_map;
@@ -23,7 +22,7 @@ use std::sync::OnceLock;
 
 /// All kernels in the order they run; `centres`, `gains` and `choose` run within the pass `fit`, `sample_gains` and `sample_rate`
 /// within `sample_map`. Without `check`, which is none of the denoiser's.
-pub const ALL: [&KernelDescriptor; 13] = [
+pub const ALL: [&KernelDescriptor; 12] = [
     &reproject::DESCRIPTOR,
     &innovation::DESCRIPTOR,
     &accumulate::DESCRIPTOR,
@@ -31,7 +30,6 @@ pub const ALL: [&KernelDescriptor; 13] = [
     &gains::DESCRIPTOR,
     &choose::DESCRIPTOR,
     &fit::DESCRIPTOR,
-    &predict::DESCRIPTOR,
     &compose::DESCRIPTOR,
     &sample_gains::DESCRIPTOR,
     &sample_rate::DESCRIPTOR,
@@ -40,8 +38,8 @@ pub const ALL: [&KernelDescriptor; 13] = [
 ];
 
 /// The kernels that are compiled anew for the specular signal.
-pub const SPECULAR_KERNELS: [&KernelDescriptor; 4] =
-    [&reproject::DESCRIPTOR, &accumulate::DESCRIPTOR, &predict::DESCRIPTOR, &compose::DESCRIPTOR];
+pub const SPECULAR_KERNELS: [&KernelDescriptor; 3] =
+    [&reproject::DESCRIPTOR, &accumulate::DESCRIPTOR, &compose::DESCRIPTOR];
 
 /// All passes, compiled; those that few frames need, when they are first needed: for the specular signal, for hit distances, for
 /// conventions other than quell's own. Denoisers of several cameras can share one set.
@@ -74,7 +72,6 @@ pub(crate) struct SignalPasses {
     pub innovation: innovation::Innovation,
     pub accumulate: accumulate::Accumulate,
     pub fit: fit::Fit,
-    pub predict: predict::Predict,
     pub compose: compose::Compose,
 }
 
@@ -105,7 +102,6 @@ impl Pipelines {
                 innovation: innovation::Innovation::new(compiler),
                 accumulate: accumulate::Accumulate::new(compiler),
                 fit: fit::Fit::new(compiler),
-                predict: predict::Predict::new(compiler),
                 compose: compose::Compose::new(compiler),
             },
             variants: Default::default(),
@@ -156,7 +152,6 @@ impl Pipelines {
         }
         SignalPasses {
             accumulate: accumulate::Accumulate::specular(compiler),
-            predict: predict::Predict::specular(compiler),
             compose: compose::Compose::specular(compiler),
             ..plain
         }

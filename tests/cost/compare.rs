@@ -110,7 +110,7 @@ mod tests {
 
 |         | total | of what |
 | ------- | ----- | ------- |
-| predict |    20 | a image |
+| gains |    20 | a image |
 | compose |    40 |         |
 
 ## Driver: navi21
@@ -119,13 +119,13 @@ Driver: Mesa 1.2.3
 
 |         | VGPRs | spilled VGPRs |      occupancy |
 | ------- | ----- | ------------- | -------------- |
-| predict |    50 |             0 |             10 |
+| gains |    50 |             0 |             10 |
 
 ## Estimate: a GPU
 
 |         | ms |
 | ------- | -- |
-| predict |  1 |
+| gains |  1 |
 ";
 
     fn problems(from: &str, to: &str) -> Vec<Problem> {
@@ -146,7 +146,7 @@ Driver: Mesa 1.2.3
 
     #[test]
     fn eleven_percent_more_bytes_fail_and_ten_do_not() {
-        let figure = name("Traffic", "predict", "total");
+        let figure = name("Traffic", "gains", "total");
         assert_eq!(problems("20", "22.2"), [Problem::Worse { figure, before: 20.0, now: 22.2 }]);
         assert_eq!(problems("20", "22"), []);
     }
@@ -167,7 +167,7 @@ Driver: Mesa 1.2.3
     #[test]
     fn a_spill_fails_with_any_driver_and_though_the_table_has_it() {
         let spilled = TABLE.replace("|             0 |", "|             3 |");
-        let figure = name("Driver: navi21", "predict", "spilled VGPRs");
+        let figure = name("Driver: navi21", "gains", "spilled VGPRs");
         let spill = Problem::Spill { figure, now: 3.0 };
         assert!(compare(TABLE, &spilled).problems.contains(&spill));
         assert_eq!(compare(&spilled, &spilled).problems, std::slice::from_ref(&spill));
@@ -215,6 +215,6 @@ Driver: Mesa 1.2.3
     #[test]
     fn a_problem_names_pass_figure_before_and_now() {
         let [problem] = problems("20", "30").try_into().unwrap();
-        assert_eq!(problem.to_string(), "predict, total (Traffic): 20 before, 30 now (+50 %)");
+        assert_eq!(problem.to_string(), "gains, total (Traffic): 20 before, 30 now (+50 %)");
     }
 }

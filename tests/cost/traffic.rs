@@ -120,7 +120,7 @@ fn of_binding(shader: &Shader, name: &str, owned: &BTreeMap<&str, f64>) -> [f64;
     let per_tile = |stride: u32| f64::from(stride * shader.element_bytes(name)) / f64::from(TILE * TILE);
     let bytes = match name {
         // Written on request only.
-        "mix_weight" | "error" if shader.descriptor.name == "compose" => 0.0,
+        "prediction" | "mix_weight" | "error" if shader.descriptor.name == "compose" => 0.0,
         // Stands in for an image where there is one signal.
         "rest" if shader.name() == "compose" => 0.0,
         "mix_weight" => owned["signal"],

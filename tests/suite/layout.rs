@@ -91,7 +91,7 @@ fn constants_match_the_wgsl() {
         ("FLAG_MIX", flags::MIX),
         ("FLAG_RING_ERROR", flags::RING_ERROR),
         ("FLAG_INNOVATION", flags::INNOVATION),
-        ("FLAG_SHOW_MIX", flags::SHOW_MIX),
+        ("FLAG_DEBUG", flags::DEBUG),
         ("FLAG_ERROR", flags::ERROR),
         ("FLAG_LIMITED", flags::LIMITED),
         ("FLAG_SPLIT", flags::SPLIT),

@@ -22,14 +22,14 @@ const SIZE: [u32; 2] = [61, 47];
 const N: usize = INNOVATIONS.columns() as usize;
 const M: usize = MODELS.columns() as usize;
 
-/// Pixels of 7x7 on the same surface.
-fn around(u: &FrameUniforms, i: usize, surfaces: &[Surface]) -> impl Iterator<Item = usize> {
+/// Pixels as far as `reach` to each side that lie on the same surface.
+fn around(u: &FrameUniforms, i: usize, reach: [i64; 2], surfaces: &[Surface]) -> Vec<usize> {
     let [width, height] = u.size.map(i64::from);
     let (x, y) = (i as i64 % width, i as i64 / width);
     let position = |x: i64, y: i64, depth| position_of(u, &u.current, DVec2::new(x as f64, y as f64), depth);
     let mut found = vec![];
-    for ty in (y - 3).max(0)..=(y + 3).min(height - 1) {
-        for tx in (x - 3).max(0)..=(x + 3).min(width - 1) {
+    for ty in (y - reach[1]).max(0)..=(y + reach[1]).min(height - 1) {
+        for tx in (x - reach[0]).max(0)..=(x + reach[0]).min(width - 1) {
             let t = (ty * width + tx) as usize;
             let offset = position(tx, ty, surfaces[t].depth) - position(x, y, surfaces[i].depth);
             if same_surface(&surfaces[i], &surfaces[t], offset) {
@@ -37,12 +37,13 @@ fn around(u: &FrameUniforms, i: usize, surfaces: &[Surface]) -> impl Iterator<It
             }
         }
     }
-    found.into_iter()
+    found
 }
 
 /// Mean and variance.
 fn spatial_spread(u: &FrameUniforms, i: usize, signal: &[[f64; 4]], surfaces: &[Surface]) -> [f64; 2] {
-    let taps: Vec<usize> = around(u, i, surfaces).filter(|&t| signal[t][3] > 0.0).collect();
+    let taps = around(u, i, [3, 3], surfaces);
+    let taps: Vec<usize> = taps.into_iter().filter(|&t| signal[t][3] > 0.0).collect();
     let samples: f64 = taps.iter().map(|&t| signal[t][3]).sum();
     if taps.len() < 2 {
         return [0.0, luminance(rgb(&signal[i])).powi(2) * signal[i][3]];
@@ -136,7 +137,11 @@ fn drift(
     surfaces: &[Surface],
     predicted: f64,
 ) -> [f64; 2] {
-    let differences: Vec<[f64; 2]> = around(u, i, surfaces)
+    // Rows of what goes with their middle, if this is smooth and goes with the pixel.
+    let differences: Vec<[f64; 2]> = around(u, i, [0, 3], surfaces)
+        .into_iter()
+        .filter(|&middle| surfaces[middle].roughness < 1.0 / 3.0)
+        .flat_map(|middle| around(u, middle, [3, 0], surfaces))
         .filter(|&t| signal[t][3] > 0.0 && old[t][3] > 0.0)
         .map(|t| [luminance(rgb(&signal[t])) - luminance(rgb(&old[t])), signal[t][3]])
         .collect();

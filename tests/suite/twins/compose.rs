@@ -1,9 +1,10 @@
 //! `compose` against its f64 twin.
 
-use super::packed::{Noise, Prediction, pcg, quieter, random_noise, unpack_noises};
+use super::packed::{Noise, pcg, quieter, random_noise, unpack_noises};
+use super::prediction::Models;
 use super::surface::{Surface, is_alike, of_albedo, position_of, towards_eye};
-use super::{Signal, guide, luminance, mismatches, random_history, rgb, run, uniforms, wide};
-use crate::gpu::{blank, download, gpu, upload};
+use super::{Signal, guide, luminance, mismatches, rgb, run, uniforms, wide};
+use crate::gpu::{blank, download, gpu, upload, upload_buffer, upload_words};
 use crate::sequence::frame;
 use glam::{DVec2, DVec3, Vec3};
 use quell::gpu::flags;
@@ -33,21 +34,16 @@ fn check(signal: Signal, with_albedo: bool, index: u32) {
         (Signal::Specular, true) => flags::SPLIT | flags::SPECULAR_ALBEDO,
     };
     let (words, surfaces) = guide(&frame);
-    let history = random_history(&mut random, surfaces.len());
-    // Predictions near the mean, so that all shares between 0 and 1 occur; none in places.
-    let prediction: Vec<[u32; 2]> = history
+    let models = Models::random(&mut random, SIZE);
+    let prediction = models.predict(&u, signal, &surfaces);
+    // Means near the prediction, so that all shares between 0 and 1 occur; some without a sample.
+    let history: Vec<[half::f16; 4]> = prediction
         .iter()
-        .map(|h| {
-            if random.random_bool(0.05) {
-                return Prediction::NONE.pack();
-            }
-            let error = random.random_range(-0.4..0.8); // with a bias, as models have
-            let predicted = Prediction {
-                signal: [h[0], h[1], h[2]].map(|c| (f64::from(c) + error).max(0.0)),
-                noise_gain: random.random_range(0.0..1.0),
-                relative_noise: random.random_range(0.0..0.5),
-            };
-            predicted.pack()
+        .map(|predicted| {
+            let error = random.random_range(-0.8..0.4); // with a bias, as models have
+            let [r, g, b] = predicted.signal.map(|c| (c + error).max(0.0));
+            let count = if random.random_bool(0.1) { 0.0 } else { random.random_range(1.0..80.0) };
+            [r, g, b, count].map(half::f16::from_f64)
         })
         .collect();
     let mut noise = random_noise(&mut random, surfaces.len());
@@ -62,6 +58,7 @@ fn check(signal: Signal, with_albedo: bool, index: u32) {
     let emission = half_texels(&vec![[0.25, 0.5, 0.0, 0.0]; surfaces.len()]);
     let output = blank(SIZE, Format::Rgba16Float);
     let [error, mix_weight] = [(); 2].map(|()| blank(SIZE, Format::R32Uint));
+    let shown = blank(SIZE, Format::Rg32Uint);
     let rest: Vec<[half::f16; 4]> = surfaces
         .iter()
         .map(|_| [0.5, 0.25, 0.0, 1.0].map(|most| half::f16::from_f32(most * random.random::<f32>())))
@@ -70,7 +67,8 @@ fn check(signal: Signal, with_albedo: bool, index: u32) {
     let pass = if is_specular { Compose::specular(device) } else { Compose::new(device) };
     let views = ComposeViews {
         guide: &upload(SIZE, Format::Rg32Uint, &words),
-        prediction: &upload(SIZE, Format::Rg32Uint, &prediction),
+        models: &upload_buffer(&models.models),
+        windows: &upload_words(&models.windows),
         history: &upload(SIZE, Format::Rgba16Float, &history),
         noise: &upload(SIZE, Format::R32Uint, &noise),
         albedo: &upload(SIZE, Format::Rgba16Float, &albedo),
@@ -78,13 +76,15 @@ fn check(signal: Signal, with_albedo: bool, index: u32) {
         rest: &upload(SIZE, Format::Rgba16Float, &rest),
         output: &output,
         error: &error,
+        prediction: &shown,
         mix_weight: &mix_weight,
     };
-    // Mix weight and error are other images' memory unless somebody asks for them.
-    u.flags &= !(flags::SHOW_MIX | flags::ERROR);
+    // Prediction, mix weight and error are other images' memory unless somebody asks for them.
+    u.flags &= !(flags::DEBUG | flags::ERROR);
     run(&u, |recorder| pass.record(recorder, &views, SIZE));
     assert!([&mix_weight, &error].iter().all(|image| download::<u32>(image).iter().all(|&word| word == 0)));
-    u.flags |= flags::SHOW_MIX | flags::ERROR;
+    assert!(download::<[u32; 2]>(&shown).iter().all(|&words| words == [0; 2]));
+    u.flags |= flags::DEBUG | flags::ERROR;
     run(&u, |recorder| pass.record(recorder, &views, SIZE));
     let found = wide(&download(&output));
     let found_error: Vec<[f64; 2]> =
@@ -92,7 +92,6 @@ fn check(signal: Signal, with_albedo: bool, index: u32) {
     let found_share: Vec<f64> = download::<f32>(&mix_weight).into_iter().map(f64::from).collect();
 
     let (history, albedo, rest) = (wide(&history), wide(&albedo), wide(&rest));
-    let prediction: Vec<Prediction> = prediction.into_iter().map(Prediction::unpack).collect();
     let counts = |i: usize| history[i][3] > 0.0 && prediction[i].is_known();
     let [width, height] = SIZE.map(|side| side as usize);
     let position = |i: usize| {
@@ -106,9 +105,9 @@ fn check(signal: Signal, with_albedo: bool, index: u32) {
         let is_hit = !surfaces[earlier].is_miss();
         i == t || is_hit && is_alike(&surfaces[earlier], &surfaces[later], offset, 0.8)
     };
-    // Of workgroups of 16x16 pixels, whose grid is moved by up to 15 to the left and above, elsewhere every 16 frames.
+    // Of workgroups of 2x2 tiles, whose grid is moved by up to one to the left and above, elsewhere every 16 frames.
     let random = pcg(u.index / 16);
-    let shift = [random & 15, random >> 4 & 15].map(|shift| shift as usize);
+    let shift = [random & 1, random >> 1 & 1].map(|tiles| 8 * tiles as usize);
     let near = |at: usize, radius: usize, shift: usize, end: usize| {
         let group = (at + shift) / 16 * 16;
         let first = group.saturating_sub(shift).max(at.saturating_sub(radius));

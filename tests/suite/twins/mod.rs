@@ -6,7 +6,7 @@ mod fit;
 mod innovation;
 mod packed;
 mod packings;
-mod predict;
+mod prediction;
 mod regression;
 mod reproject;
 mod sample_map;

@@ -155,15 +155,6 @@ impl Prediction {
         self.relative_noise >= 0.0
     }
 
-    pub fn pack(&self) -> [u32; 2] {
-        let [r, g, b] = self.signal.map(|c| u32::from(f16::from_f64(c).to_bits()));
-        let octave = self.relative_noise.max(1e-30).log2() - LEAST_RELATIVE_NOISE_OCTAVE;
-        let code = (octave * RELATIVE_NOISE_STEPS).round().clamp(0.0, 254.0) as u32 + 1;
-        let relative_noise = if self.is_known() { code } else { 0 };
-        let gain = (self.noise_gain * 255.0).round() as u32;
-        [r | g << 16, b | gain << 16 | relative_noise << 24]
-    }
-
     pub fn unpack([low, high]: [u32; 2]) -> Self {
         let half = |bits: u32| f64::from(f16::from_bits(bits as u16));
         let code = f64::from(high >> 24);
