@@ -61,12 +61,12 @@
 //!    result is exactly that of recursive least squares over the pixels. Under a [`Budget`] the coarsest level is always
 //!    fitted; finer models go where they are expected to gain most, and elsewhere those of earlier frames are kept while
 //!    they hold.
-//! 5. **predict** evaluates, per pixel, the models whose windows hold it, and blends them by tents and by how well they fit.
-//! 6. **compose** compares prediction and temporal mean. What they differ by, smoothly and beyond the mean's noise, is the
+//! 5. **compose** predicts every pixel by the models whose windows hold it, blended by tents and by how well they fit, and compares
+//!    the prediction with the temporal mean. What they differ by, smoothly and beyond the mean's noise, is the
 //!    models' error; it decides how the two are mixed: smooth where the models hold, sharp where no feature explains what is
 //!    seen, such as a shadow's edge. Then albedo and emission come back.
-//! 7. **sample_map**, on request, turns the expected error into samples per pixel for the next frame, under an average.
-//! 8. **debug_view** shows one of these steps, on request.
+//! 6. **sample_map**, on request, turns the expected error into samples per pixel for the next frame, under an average.
+//! 7. **debug_view** shows one of these steps, on request.
 //!
 //! Where [`FrameInputs::specular`] is given, there are two signals, one after the other through the same passes and
 //! scratch: first the rest, then the specular radiance, to which `compose` adds the rest. Each has its own albedo, history
@@ -76,7 +76,7 @@
 //! mirror is smaller than the innovation's windows. With [`FrameInputs::hit_distance`] alone, the samples of each tile
 //! choose between the two histories.
 //!
-//! Each image is read where it is made, and packed into words in between: 55 bytes a pixel are held, 195 are moved in a
+//! Each image is read where it is made, and packed into words in between: 55 bytes a pixel are held, 171 are moved in a
 //! frame (`tests/cost.md`).
 //!
 //! On a still view the result converges to the converged image, because the mean's noise falls and the mix follows.

@@ -60,9 +60,10 @@ pub enum Budget {
     /// At most so many models, or those of the coarsest level where these are more; half as many for each of two signals.
     Models(u32),
     /// What keeps the frame's time on the GPU below so many milliseconds, above 0: first no more than one model for 256 pixels, then
-    /// the first of the [`SAVINGS`], then fewer models, then the other savings, as far as
+    /// the first of the [`SAVINGS`], then fewer models, then the other savings, beside which no finer models are fitted; as far as
     /// [`Settings::most_savings`] allows. It is aimed at 95 % of it, which takes some thirty frames. What a frame takes with all of that
-    /// is the floor: on a CPU driver about 60 % of the time without a budget.
+    /// is the floor: on a CPU driver about 60 % of the time without a budget. For less, render fewer pixels
+    /// ([`FrameInputs::viewport`](crate::FrameInputs::viewport)). A restart and the three frames after it take longer and are not counted.
     ///
     /// Times are the denoiser's own timestamps where the device has `Features::TIMESTAMP_QUERY`, or
     /// [`FrameInputs::measured_ms`](crate::FrameInputs::measured_ms). Without either the number stays where it began, and

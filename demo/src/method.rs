@@ -118,6 +118,18 @@ impl MethodRunner {
         Ok(Self { method, state })
     }
 
+    /// quell for another camera: with the pipelines of `other`, if that is quell too, and a history of its own.
+    pub fn for_another_view(gpu: &Gpu, other: &Self, [width, height]: [u32; 2]) -> Result<Self> {
+        let State::Quell { denoiser, .. } = &other.state else {
+            return Self::new(gpu, Method::Quell, width, height);
+        };
+        let descriptor = DenoiserDescriptor::new(width, height);
+        let denoiser = Denoiser::with_pipelines(&gpu.device, &descriptor, denoiser.pipelines())
+            .context("cannot create the denoiser of another view")?;
+        let output = output_image(&gpu.device, width, height);
+        Ok(Self { method: Method::Quell, state: State::Quell { denoiser: Box::new(denoiser), output } })
+    }
+
     pub fn method(&self) -> Method {
         self.method
     }

@@ -31,9 +31,14 @@ fn a_binary_that_is_brought_along_measures_all() {
     ];
     let printed =
         assert_succeeds(&gpu_sh(&out, &[&[env!("CARGO_BIN_EXE_quell-demo")], &options[..]].concat()));
-    for part in
-        ["quell grows with the pixels", "budget of 10000 ms", "kept after", "budget of 0.001 ms", "not kept"]
-    {
+    for part in [
+        "quell grows with the pixels",
+        "4 views: median",
+        "budget of 10000 ms",
+        "kept after",
+        "budget of 0.001 ms",
+        "not kept",
+    ] {
         assert!(printed.contains(part), "`{part}` is not in: {printed}");
     }
 
@@ -61,11 +66,17 @@ fn a_binary_that_is_brought_along_measures_all() {
     );
     assert!(!paces[0]["settled_after"].is_null() && paces[1]["settled_after"].is_null(), "{paces:?}");
 
+    let views = json["views"].as_array().unwrap();
+    let memory = |of: usize| views[of]["memory_bytes"].as_f64().unwrap();
+    assert_eq!(views.iter().map(|found| found["views"].as_u64().unwrap()).collect::<Vec<_>>(), [1, 2, 4]);
+    assert!(views.iter().all(|found| found["frame_ms"]["median"].as_f64().unwrap() > 0.0), "{views:?}");
+    assert_eq!([memory(1), memory(2)], [2.0 * memory(0), 4.0 * memory(0)]);
+
     let page = std::fs::read_to_string(out.join("measure.html")).unwrap();
     assert!(!page.contains("{{"), "a place was not filled");
     // Four methods twice, two budgets.
     assert_eq!(page.matches("<polyline").count(), 10);
-    for part in ["llvmpipe", "wall clock", "34x18", "reproject", "10000 ms"] {
+    for part in ["llvmpipe", "wall clock", "34x18", "reproject", "over one view", "10000 ms"] {
         assert!(page.contains(part), "`{part}` is not in the page");
     }
 }

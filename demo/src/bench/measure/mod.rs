@@ -1,10 +1,11 @@
 //! All that a machine tells of the denoiser's cost in some minutes, as one page: every method over sizes, quell over what its
-//! history has to do with, and whether budgets of time are kept.
+//! history has to do with and over views, and whether budgets of time are kept.
 
 mod growth;
 mod pace;
 mod page;
 mod power;
+mod views;
 
 use super::machine::Machine;
 use super::report::BenchReport;
@@ -21,6 +22,7 @@ use power::power_state;
 use quell::Settings;
 use serde::Serialize;
 use std::path::PathBuf;
+use views::{Views, views};
 
 /// `quell-demo measure`
 #[derive(Debug, Clone, clap::Args)]
@@ -29,7 +31,7 @@ pub struct MeasureArgs {
     /// 320x180 to 3840x2160 on a GPU, 64x36 and 128x72 on a CPU]
     #[arg(long, value_name = "WxH", value_delimiter = ',', value_parser = size)]
     pub size: Vec<[u32; 2]>,
-    /// Width and height of the frames that histories and budgets are looked at with [default: 1920x1080 on a GPU, 128x72 on a CPU]
+    /// Width and height of the frames that histories, views and budgets are looked at with [default: 1920x1080 on a GPU, 128x72 on a CPU]
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub at: Option<[u32; 2]>,
     /// Milliseconds that a frame may take, one budget after the other; may be given several times
@@ -65,8 +67,11 @@ pub struct MeasureReport {
     pub cut: BenchReport,
     /// How quell's time and memory grow with the number of pixels.
     pub growth: Growth,
-    /// Size of the frames under budgets, in pixels, and what came of each budget.
-    pub paced_at: [u32; 2],
+    /// Size in pixels of the frames of several views and of those under budgets.
+    pub at: [u32; 2],
+    /// What one view takes, and what several do.
+    pub views: Vec<Views>,
+    /// What came of each budget.
     pub paces: Vec<Pace>,
 }
 
@@ -95,8 +100,8 @@ pub fn measure(gpu: &Gpu, args: &MeasureArgs) -> Result<MeasureReport> {
     let walk = bench(gpu, &options("walk", Motion::Walk, &sizes, &all))?;
     let still = bench(gpu, &options("still", Motion::Still, &[at], &all[..2]))?;
     let cut = bench(gpu, &options("cut", Motion::Cut, &[at], &all[..2]))?;
-    let paced = BenchOptions { frames: 3 * args.frames, ..options("walk", Motion::Walk, &[at], &all[..1]) };
-    let paces = args.budget_ms.iter().map(|&target_ms| pace(gpu, &paced, at, target_ms));
+    let quell = |frames| BenchOptions { frames, ..options("walk", Motion::Walk, &[at], &all[..1]) };
+    let paces = args.budget_ms.iter().map(|&target_ms| pace(gpu, &quell(3 * args.frames), at, target_ms));
     let paces = paces.collect::<Result<Vec<_>>>()?;
     let report = MeasureReport {
         machine: Machine::of(gpu),
@@ -105,7 +110,8 @@ pub fn measure(gpu: &Gpu, args: &MeasureArgs) -> Result<MeasureReport> {
         walk,
         still,
         cut,
-        paced_at: at,
+        at,
+        views: views(gpu, &quell(args.frames), at)?,
         paces,
     };
     write_json(&report, &args.out.join("measure.json"))?;
@@ -120,6 +126,9 @@ impl MeasureReport {
     pub fn text(&self) -> String {
         let mut out = self.walk.text();
         out += &format!("\n{}\n", self.growth);
+        for views in &self.views {
+            out += &format!("{views}\n");
+        }
         for pace in &self.paces {
             out += &format!("{pace}\n");
         }

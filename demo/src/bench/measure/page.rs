@@ -2,7 +2,9 @@
 
 use super::growth::points;
 use super::pace::Pace;
+use super::views::Views;
 use super::{BenchReport, MeasureReport};
+use crate::bench::percentiles::Percentiles;
 use crate::bench::report::MethodReport;
 use crate::html::{escape, fill};
 use crate::plot::{Area, LogRange, axis_title, start, x_axis, y_axis};
@@ -50,7 +52,8 @@ pub fn page(report: &MeasureReport) -> String {
         ("still_passes", table(&still.passes_table())),
         ("cut", table(&cut.frames_table())),
         ("cut_passes", table(&cut.passes_table())),
-        ("paced_at", format!("{}x{}", report.paced_at[0], report.paced_at[1])),
+        ("at", format!("{}x{}", report.at[0], report.at[1])),
+        ("views", table(&views_table(&report.views))),
         ("pace_keys", keys(paces.iter().map(|pace| format!("{} ms", pace.target_ms)))),
         ("pace_plot", pace_plot(paces)),
         ("paces", table(&pace_table(paces))),
@@ -149,6 +152,23 @@ fn curve_of(svg: &mut String, area: &Area, i: usize, places: impl Iterator<Item 
     let _ = write!(svg, "<polyline stroke=\"{}\" points=\"{}\"/>", colour(i), points.join(" "));
 }
 
+fn views_table(views: &[Views]) -> Vec<Vec<String>> {
+    let headings = ["views", "median ms", "p95", "over one view's", "MB"];
+    let row = |found: &Views| {
+        let Views { views: count, frame_ms: Percentiles { median, p95, .. }, memory_bytes } = found;
+        let ratio = views.first().map_or(f64::NAN, |one| median / one.frame_ms.median);
+        let megabytes = *memory_bytes as f64 * 1e-6;
+        vec![
+            count.to_string(),
+            format!("{median:.3}"),
+            format!("{p95:.3}"),
+            format!("{ratio:.2}"),
+            format!("{megabytes:.2}"),
+        ]
+    };
+    std::iter::once(headings.map(str::to_owned).to_vec()).chain(views.iter().map(row)).collect()
+}
+
 fn pace_table(paces: &[Pace]) -> Vec<Vec<String>> {
     let headings = ["budget, ms", "kept", "models at last", "median ms", "p95"];
     let row = |pace: &Pace| {
@@ -176,12 +196,19 @@ mod tests {
     }
 
     #[test]
+    fn views_are_compared_with_one() {
+        let of = |views, ms, memory_bytes| Views { views, frame_ms: Percentiles::of(&[ms]), memory_bytes };
+        let rows = views_table(&[of(1, 2.0, 3_000_000), of(4, 7.0, 12_500_000)]);
+        assert_eq!(rows[2], ["4", "7.000", "7.000", "3.50", "12.50"]);
+    }
+
+    #[test]
     fn times_beyond_the_plot_stay_at_its_edge() {
         let pace = Pace {
             target_ms: 1.0,
             frame_ms: vec![50.0, 1.0],
             models: vec![None, Some(7)],
-            settled_ms: crate::bench::percentiles::Percentiles::of(&[1.0]),
+            settled_ms: Percentiles::of(&[1.0]),
             settled_after: Some(1),
         };
         let svg = pace_plot(std::slice::from_ref(&pace));
