@@ -26,7 +26,10 @@ fn unpack_noise(word: u32, count: f32) -> Noise {
 
 fn pack_noise(noise: Noise, count: f32, pixel: vec2<u32>, seed: u32) -> u32 {
     let random = random_at(pixel, seed);
-    let code = pack_deviation(sqrt(noise.variance), random_unit(pcg(random)));
+    // What deviates so far scatters so much: of few samples the variance is the neighbours', which know nothing of a firefly.
+    let farthest = max(max(abs(noise.deviations.x), abs(noise.deviations.y)), abs(noise.deviations.z)) / DEVIATIONS_RANGE;
+    let variance = max(noise.variance, count * farthest * farthest);
+    let code = pack_deviation(sqrt(variance), random_unit(pcg(random)));
     let unit = deviation_unit(unpack_deviation(code), count);
     let codes = clamp(floor(noise.deviations / max(unit, 1e-30) + random_thirds(random)), vec3(-63.0), vec3(63.0));
     let bits = vec3<u32>(vec3<i32>(select(vec3(0.0), codes, unit > 0.0)) + 63);

@@ -56,6 +56,29 @@ fn a_walk_is_better_than_plain_accumulation_everywhere() {
     assert!(lowest > 0.0, "a region is worse than plain accumulation by {lowest:.2} dB");
 }
 
+/// What only the first frame saw, of which nobody knew how samples scatter, is noise like any other.
+#[test]
+fn a_firefly_of_the_first_frame_leaves_no_speck() {
+    let [width, height] = SIZE.map(|side| side as usize);
+    let eye = Vec3::new(0.0, 1.4, 1.0);
+    let last = |firefly: f32| {
+        let mut quell = denoiser(SIZE);
+        let mut output = vec![];
+        for i in 0..8 {
+            let mut frame = frame(SIZE, eye, eye, 60 + i);
+            // Two neighbours in every square of 24 pixels.
+            let places = (0..width * height).filter(|p| p % width % 24 < 2 && p / width % 24 == 0 && i == 0);
+            places.for_each(|p| frame.radiance[p] = frame.radiance[p].map(|c| firefly * c));
+            output = denoise_and_accumulate(&mut quell, &frame, &Settings::default()).0;
+        }
+        (output, frame(SIZE, eye, eye, 0).truth)
+    };
+    let ((without, truth), (with, _)) = (last(1.0), last(200.0));
+    let loss = psnr(&without, &truth) - psnr(&with, &truth);
+    println!("fireflies cost {loss:.2} dB");
+    assert!(loss < 1.0, "fireflies of the first of eight frames cost {loss:.2} dB");
+}
+
 /// On a still view the error keeps falling: where the models are wrong, the mean is trusted more and more.
 #[test]
 fn a_still_view_converges() {
