@@ -26,7 +26,7 @@
 
 const OWN_FEATURES = MODEL_OWN_FEATURES;
 const SMOOTH_RADIUS = 1; // pixels; a model's error is smooth over 3x3, noise is not
-const POOL_RADIUS = 2;   // pixels; squares are pooled over 5x5
+const POOL_RADIUS = 2;   // pixels, as far as links reach; squares are pooled over 5x5
 // Pooled smooth noise is twice what is expected of it once in some ten pixels: 25 that overlap are about as good as 5.
 const CHANCE = 2.0;
 const GLOSSY = 0.5; // roughness below which no feature tells what a surface shows
@@ -34,6 +34,7 @@ const GROUP = 16;
 const CELLS = GROUP * GROUP;
 const GROUP_TILES = u32(GROUP) / TILE;
 const SLOT_BITS = 5u; // of an invocation: the slot that it looks at; above, for which tile
+const_assert REACH_SLOTS <= 1u << SLOT_BITS && (GROUP_TILES * GROUP_TILES) << SLOT_BITS <= u32(CELLS);
 const SHIFT_FRAMES = 16u;
 
 var<workgroup> reaching: array<atomic<u32>, GROUP_TILES * GROUP_TILES>; // models that reach each tile (include/prediction)
@@ -84,11 +85,11 @@ fn compose(
     }
 }
 
-// How far the workgroups' grid lies to the left of the frame and above it, in whole tiles. It stays for some frames: what moved in
-// each of them would flicker.
+// How far the workgroups' grid lies to the left of the frame and above it: by no tile or one, each in turn. It stays for some frames:
+// what moved in each of them would flicker.
 fn group_shift(index: u32) -> vec2<i32> {
-    let random = pcg(index / SHIFT_FRAMES);
-    return vec2<i32>(TILE * (vec2(random, random / GROUP_TILES) % GROUP_TILES));
+    let turn = index / SHIFT_FRAMES;
+    return vec2<i32>(TILE * (vec2(turn ^ (turn >> 1u), turn >> 1u) % 2u));
 }
 
 // Which models reach the workgroup's tiles, of which the first is given: those that reach the invocation's own.

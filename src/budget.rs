@@ -15,7 +15,9 @@ const MANY: usize = 15;
 /// So many frames that begin with new history take longer: windows are chosen and variances found in all of the image.
 const UNSETTLED: u32 = 4;
 /// By how many frames a reading may be attributed too early.
-const EARLY: u32 = 2;
+pub(crate) const EARLY: u32 = 2;
+/// A saving that had to be taken again within so many frames was given up in vain.
+const VAIN: u32 = 120;
 /// Share of the limit below which a frame is taken to need no more models than it had.
 const NEEDED: f32 = 0.9;
 /// Of the aim, what is expected to be taken where a saving is given up: not to take it again at once.
@@ -142,11 +144,13 @@ impl Controller {
         let models = (f64::from(self.plan.models) * share).round() as u32;
         self.bounds = bounds;
         self.set(bounds.plan(self.plan.savings, models), frame, None);
+        self.gave_up = false;
     }
 
-    /// Notes that history starts anew in `frame`. What does so over and over is not let off every time.
+    /// Notes that history starts anew in `frame`. What does so over and over is not let off every time: between what does not count
+    /// there are frames that do, however late they are read.
     pub fn restart(&mut self, frame: u32) {
-        if self.unsettled.is_empty() || frame > self.unsettled.end {
+        if self.unsettled.is_empty() || frame > self.unsettled.end.saturating_add(EARLY) {
             self.unsettled = frame.saturating_sub(EARLY)..frame.saturating_add(UNSETTLED);
         }
     }
@@ -178,7 +182,8 @@ impl Controller {
             let plan = self.plan_for(aim, now);
             if plan != self.plan {
                 if self.gave_up {
-                    let was_vain = plan.savings > self.plan.savings;
+                    let was_vain =
+                        plan.savings > self.plan.savings && frame.saturating_sub(self.since) < VAIN;
                     self.forgotten =
                         if was_vain { (0.5 * self.forgotten).max(LEAST_FORGOTTEN) } else { FORGOTTEN };
                 }
@@ -452,10 +457,14 @@ mod tests {
     /// As of a viewer that never has history.
     #[test]
     fn cuts_in_every_frame_are_what_frames_are_like() {
-        for every in [1, 2, 3] {
-            let (times, plans) = run_with_cuts(600, every, 4.5, |_, ms| (CALM, Some(ms)));
-            assert!(times[150..].iter().all(|ms| (3.9..=4.6).contains(ms)), "{every}: {times:?}");
-            assert_eq!(changes(&plans[300..]), 0, "{every}: {:?}", &plans[300..]);
+        for every in [1, 2, 3, 4, 5, 6, 7] {
+            for latency in [1, 2, 3, 8] {
+                let at = |_, ms| (Gpu { latency, ..CALM }, Some(ms));
+                let (times, plans) = run_with_cuts(900, every, 4.5, at);
+                let settled = &times[300..];
+                assert!(settled.iter().all(|ms| (3.9..=4.6).contains(ms)), "{every}, {latency}: {times:?}");
+                assert_eq!(changes(&plans[600..]), 0, "{every}, {latency}: {:?}", &plans[600..]);
+            }
         }
     }
 
@@ -510,7 +519,7 @@ mod tests {
 
     #[test]
     fn a_step_of_the_cost_is_followed_in_both_directions() {
-        let dear = Gpu { fixed_ms: 5.0, model_us: 1.4, ..CALM };
+        let dear = Gpu { fixed_ms: 5.6, model_us: 1.4, ..CALM };
         let (times, plans) =
             run(900, 5.2, |frame, ms| (if (300..600).contains(&frame) { dear } else { CALM }, Some(ms)));
         for range in [60..300, 360..600, 680..900] {
@@ -518,7 +527,7 @@ mod tests {
             assert!(settled.iter().all(|ms| *ms <= 1.02 * 5.2), "{range:?}: {settled:?}");
         }
         let savings = [299, 599, 899].map(|frame: usize| plans[frame].savings);
-        assert!(savings[0] < savings[1] && savings[2] < savings[1], "{savings:?}");
+        assert_eq!(savings, [0, 2, 0]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Where the times come from that a [`Budget::Milliseconds`](crate::Budget) is kept by, and what plan they lead to.
 
-use crate::budget::{Bounds, Controller, Plan, Reading};
+use crate::budget::{Bounds, Controller, EARLY, Plan, Reading};
 use crate::layout;
 use crate::readback::Readback;
 use crate::{FrameInputs, Notice, Settings, Statistics};
@@ -9,7 +9,7 @@ use wgpu::{BufferUsages, ComputePassTimestampWrites, Features, QueryType};
 /// Pixels for one model of a signal while no time is known.
 const PIXELS_A_MODEL: u64 = 256;
 /// By how many frames at most a time that the caller measured is late.
-const CALLERS_LATENCY: u32 = 3;
+const CALLERS_LATENCY: u32 = EARLY + 1;
 /// Frames without a time after which there is none to be expected.
 const PATIENCE: u32 = 8;
 

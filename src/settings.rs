@@ -63,7 +63,8 @@ pub enum Budget {
     /// the first of the [`SAVINGS`], then fewer models, then the other savings, beside which no finer models are fitted; as far as
     /// [`Settings::most_savings`] allows. It is aimed at 95 % of it, which takes some thirty frames. What a frame takes with all of that
     /// is the floor: on a CPU driver about 60 % of the time without a budget. For less, render fewer pixels
-    /// ([`FrameInputs::viewport`](crate::FrameInputs::viewport)). A restart and the three frames after it take longer and are not counted.
+    /// ([`FrameInputs::viewport`](crate::FrameInputs::viewport)). A restart and the three frames after it take longer, and are not
+    /// counted unless restarts come over and over.
     ///
     /// Times are the denoiser's own timestamps where the device has `Features::TIMESTAMP_QUERY`, or
     /// [`FrameInputs::measured_ms`](crate::FrameInputs::measured_ms). Without either the number stays where it began, and

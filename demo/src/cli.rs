@@ -76,7 +76,7 @@ pub enum Command {
     ///
     /// Writes `bench.json` and the tables as `bench.md`.
     Bench(BenchArgs),
-    /// Measure this machine in some minutes: all methods over sizes, histories, budgets of time, clocks and power
+    /// Measure this machine in some minutes: all methods over sizes, histories, several views, budgets of time, clocks and power
     ///
     /// Writes `measure.html`, which needs no other file, its numbers as `measure.json`, and the results of each bench.
     Measure(MeasureArgs),

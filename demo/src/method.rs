@@ -3,7 +3,7 @@
 use crate::gbuffer::{GBuffer, Split, image};
 use crate::gpu::Gpu;
 use crate::peers::{Accumulate, Bmfr, PeerFrame, Svgf};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use quell::{
     Allocation, Camera, Conventions, DebugView, Denoiser, DenoiserDescriptor, FrameInputs, HistoryMode,
     MotionUnit, PassProfiler, RequiredInputs, SampleMap, Settings, Statistics, Timestamps,
@@ -118,10 +118,10 @@ impl MethodRunner {
         Ok(Self { method, state })
     }
 
-    /// quell for another camera: with the pipelines of `other`, if that is quell too, and a history of its own.
+    /// quell for another camera: with the pipelines of `other`, which is quell too, and a history of its own.
     pub fn for_another_view(gpu: &Gpu, other: &Self, [width, height]: [u32; 2]) -> Result<Self> {
         let State::Quell { denoiser, .. } = &other.state else {
-            return Self::new(gpu, Method::Quell, width, height);
+            bail!("{} has no pipelines to share", other.method.name());
         };
         let descriptor = DenoiserDescriptor::new(width, height);
         let denoiser = Denoiser::with_pipelines(&gpu.device, &descriptor, denoiser.pipelines())

@@ -110,7 +110,7 @@ mod tests {
 
 |         | total | of what |
 | ------- | ----- | ------- |
-| gains |    20 | a image |
+| gains   |    20 | a image |
 | compose |    40 |         |
 
 ## Driver: navi21
@@ -119,13 +119,13 @@ Driver: Mesa 1.2.3
 
 |         | VGPRs | spilled VGPRs |      occupancy |
 | ------- | ----- | ------------- | -------------- |
-| gains |    50 |             0 |             10 |
+| gains   |    50 |             0 |             10 |
 
 ## Estimate: a GPU
 
 |         | ms |
 | ------- | -- |
-| gains |  1 |
+| gains   |  1 |
 ";
 
     fn problems(from: &str, to: &str) -> Vec<Problem> {

@@ -101,6 +101,7 @@ fn check(signal: Signal) {
     }
     let mut u = uniforms(&frame, &frame);
     u.flags |= flags::DEBUG;
+    u.index = 32; // the grid of workgroups begins outside of the frame, in x and in y
     let (words, surfaces) = guide(&frame);
     let models = Models::random(&mut random, SIZE);
     let [float, output] = [(); 2].map(|()| blank(SIZE, Format::Rgba16Float));

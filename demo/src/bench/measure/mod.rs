@@ -103,6 +103,7 @@ pub fn measure(gpu: &Gpu, args: &MeasureArgs) -> Result<MeasureReport> {
     let quell = |frames| BenchOptions { frames, ..options("walk", Motion::Walk, &[at], &all[..1]) };
     let paces = args.budget_ms.iter().map(|&target_ms| pace(gpu, &quell(3 * args.frames), at, target_ms));
     let paces = paces.collect::<Result<Vec<_>>>()?;
+    let views = views(gpu, &quell(args.frames), at)?;
     let report = MeasureReport {
         machine: Machine::of(gpu),
         power: [before, power_state()],
@@ -111,7 +112,7 @@ pub fn measure(gpu: &Gpu, args: &MeasureArgs) -> Result<MeasureReport> {
         still,
         cut,
         at,
-        views: views(gpu, &quell(args.frames), at)?,
+        views,
         paces,
     };
     write_json(&report, &args.out.join("measure.json"))?;
