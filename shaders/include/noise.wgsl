@@ -16,6 +16,9 @@ struct Noise {
 // by; the standard deviation of one sample, logarithmic, 11. All are rounded at random, so that long recursions are right in
 // the mean.
 const DEVIATIONS_RANGE = 4.0; // of the mean's expected deviation
+// What the variance is multiplied by at most to make room for them. What goes farther is no sample's noise, but a history that is
+// wrong.
+const MOST_WIDENING = 4096.0;
 const DEVIATION_OCTAVES = vec2(-24.0, 40.0); // the least, and how many
 
 fn unpack_noise(word: u32, count: f32) -> Noise {
@@ -28,7 +31,7 @@ fn pack_noise(noise: Noise, count: f32, pixel: vec2<u32>, seed: u32) -> u32 {
     let random = random_at(pixel, seed);
     // What deviates so far scatters so much: of few samples the variance is the neighbours', which know nothing of a firefly.
     let farthest = max(max(abs(noise.deviations.x), abs(noise.deviations.y)), abs(noise.deviations.z)) / DEVIATIONS_RANGE;
-    let variance = max(noise.variance, count * farthest * farthest);
+    let variance = clamp(count * farthest * farthest, noise.variance, MOST_WIDENING * noise.variance);
     let code = pack_deviation(sqrt(variance), random_unit(pcg(random)));
     let unit = deviation_unit(unpack_deviation(code), count);
     let codes = clamp(floor(noise.deviations / max(unit, 1e-30) + random_thirds(random)), vec3(-63.0), vec3(63.0));

@@ -60,10 +60,12 @@ impl Noise {
         Self { variance: deviation * deviation, deviations }
     }
 
-    /// As it is packed beside a mean of `count` samples: with a variance whose range the deviations do not leave.
+    /// As it is packed beside a mean of `count` samples: with a variance whose range the deviations do not leave, if that is at most
+    /// 4096 times as large.
     pub fn widened(&self, count: f64) -> Self {
         let farthest = self.deviations.iter().fold(0.0, |most: f64, d| most.max(d.abs())) / 4.0;
-        Self { variance: self.variance.max(count * farthest * farthest), ..*self }
+        let variance = (count * farthest * farthest).clamp(self.variance, 4096.0 * self.variance);
+        Self { variance, ..*self }
     }
 
     /// Variance of the temporal mean.

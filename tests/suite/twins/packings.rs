@@ -235,17 +235,21 @@ fn noises_are_kept_to_a_step_and_right_in_the_mean() {
 fn noises_at_the_ends_of_their_ranges() {
     let all = |numbers: &[f64]| probe(NOISE, &vec![case(numbers); 256]).into_iter().map(|(_, found)| found);
     // Without samples, or without any noise, there are no deviations.
-    assert!(all(&[0.0, 0.0, 0.0, 0.0, 4.0]).all(|found| found == [0.0; 8]));
-    assert!(all(&[1e-20, 1e-12, -1e-12, 0.0, 4.0]).all(|found| found == [0.0; 8]));
+    assert!(all(&[0.0, 1.0, -1.0, 0.5, 4.0]).all(|found| found == [0.0; 8]));
+    assert!(all(&[1e-20, 1.0, -1.0, 0.5, 4.0]).all(|found| found == [0.0; 8]));
     assert!(all(&[1.0, 1.0, -1.0, 0.5, 0.0]).all(|found| found[1..4] == [0.0; 3]));
     // A firefly's deviation is kept beside a variance that does not know of it: the variance becomes what has such a range.
-    for found in all(&[1.0, 40.0, -40.0, 0.5, 4.0]) {
-        assert!((found[0].sqrt() / 20.0).log2().abs() * DEVIATION_STEPS < 1.01, "{found:?}");
-        let off = [found[1] - 40.0, found[2] + 40.0, found[3] - 0.5];
+    for found in all(&[1.0, 20.0, -20.0, 0.5, 4.0]) {
+        assert!((found[0].sqrt() / 10.0).log2().abs() * DEVIATION_STEPS < 1.01, "{found:?}");
+        let off = [found[1] - 20.0, found[2] + 20.0, found[3] - 0.5];
         let unit = deviation_unit(found[0].sqrt(), 4.0);
         assert!(off.iter().all(|off| off.abs() < 1.01 * unit), "{found:?}");
     }
-    // What is beyond all ranges lies at their end.
+    // What is beyond that lies at the end of the widest, 4096 times the variance.
+    assert!(
+        all(&[1.0, 1e9, 0.0, 0.0, 4.0])
+            .all(|found| (found[0].sqrt() / 64.0).log2().abs() * DEVIATION_STEPS < 1.01)
+    );
     for found in all(&[1.0, 1e9, -1e9, 0.0, 4.0]) {
         let most = 4.0 * found[0].sqrt() / 2.0;
         assert!((found[1] / most - 1.0).abs() < 1e-4 && (found[2] / most + 1.0).abs() < 1e-4, "{found:?}");
