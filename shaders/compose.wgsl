@@ -25,7 +25,6 @@
 @group(0) @binding(12) var mix_weight: texture_storage_2d<r32uint, write>;
 
 const OWN_FEATURES = MODEL_OWN_FEATURES;
-const SMOOTH_RADIUS = 1; // pixels; a model's error is smooth over 3x3, noise is not
 const POOL_RADIUS = 2;   // pixels, as far as links reach; squares are pooled over 5x5
 // Pooled smooth noise is twice what is expected of it once in some ten pixels: 25 that overlap are about as good as 5.
 const CHANCE = 2.0;
@@ -229,6 +228,7 @@ fn unpack_halves(words: vec2<u32>) -> vec4<f32> {
     return vec4(unpack2x16float(words.x), unpack2x16float(words.y));
 }
 
+// A model's error is smooth over 3x3 pixels, noise is not.
 fn smooth_row(cell: i32) {
     var sum = unpack_halves(residuals[cell]);
     var count = samples_of(cell);

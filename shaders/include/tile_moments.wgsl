@@ -29,7 +29,8 @@ var<private> own_row: Row; // of the lane's pixel
 // most six of their 24 bits.
 var<workgroup> reference: Row;
 var<workgroup> heaviest: atomic<u32>; // that pixel
-var<workgroup> rows: array<vec4<f32>, TILE_PIXELS * QUADS>; // by pixel; later sums by share, block and row; the pass's own until the barrier before `sum_tile`
+// By pixel; later sums by share, block and row. The pass's own until the barrier before `sum_tile`.
+var<workgroup> rows: array<vec4<f32>, TILE_PIXELS * QUADS>;
 var<workgroup> sums: array<vec4<f32>, BLOCKS * 4u + 1u>; // the rows of all blocks, then the noises
 var<workgroup> weights: array<f32, TILE_PIXELS>;
 var<workgroup> noises: array<vec3<f32>, TILE_PIXELS>; // for the tile's variance, found and expected
